@@ -1,0 +1,65 @@
+# SPDX-License-Identifier: MIT
+"""Visuo-tactile object pose estimation for multi-finger robot hands, as a GTSAM factor graph.
+
+The public names load on first use, so that ``vtgtsam --help`` need not wait for GTSAM and MuJoCo.
+"""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from .config import EstimatorConfig as EstimatorConfig
+    from .estimate import Estimate as Estimate
+    from .estimator import PoseEstimator as PoseEstimator
+    from .evaluation.run import evaluate as evaluate
+    from .exceptions import VtgtsamError as VtgtsamError
+    from .hand import HandModel as HandModel
+    from .hand import load_hand as load_hand
+    from .measurement import Measurement as Measurement
+    from .metrics import adds as adds
+    from .objects import ObjectModel as ObjectModel
+    from .objects import load_object as load_object
+    from .pads import Pad as Pad
+    from .pads import PadSet as PadSet
+    from .recording import Recording as Recording
+    from .recording import read_recording as read_recording
+    from .sdf.build import build_sdf as build_sdf
+    from .sdf.grid import GridSdf as GridSdf
+
+__version__ = "0.1.0"
+
+_MODULES = {
+    "EstimatorConfig": "config",
+    "Estimate": "estimate",
+    "PoseEstimator": "estimator",
+    "evaluate": "evaluation.run",
+    "VtgtsamError": "exceptions",
+    "HandModel": "hand",
+    "load_hand": "hand",
+    "Measurement": "measurement",
+    "adds": "metrics",
+    "ObjectModel": "objects",
+    "load_object": "objects",
+    "Pad": "pads",
+    "PadSet": "pads",
+    "Recording": "recording",
+    "read_recording": "recording",
+    "build_sdf": "sdf.build",
+    "GridSdf": "sdf.grid",
+}
+
+__all__ = [*_MODULES, "__version__"]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _MODULES:
+        raise AttributeError(f"module 'vtgtsam' has no attribute {name!r}")
+    value = getattr(importlib.import_module(f".{_MODULES[name]}", __name__), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -1,0 +1,30 @@
+# SPDX-License-Identifier: MIT
+"""Errors that a caller may want to catch.
+
+A wrong argument is a ``ValueError`` as everywhere in Python; the classes here are for what comes from
+outside the program (files, meshes, hand descriptions) or from a factor's own callback.
+"""
+
+
+class VtgtsamError(Exception):
+    """Base of all errors this package raises for its callers to catch."""
+
+
+class MeshError(VtgtsamError):
+    """A mesh cannot be read, has no volume, or is in the wrong unit."""
+
+
+class HandError(VtgtsamError):
+    """A hand's description cannot be read, or has no pads, or lacks a joint."""
+
+
+class RecordingError(VtgtsamError):
+    """A recording cannot be read or lacks a stream that is needed."""
+
+
+class ConfigError(VtgtsamError):
+    """A configuration file cannot be read or has a wrong value."""
+
+
+class FactorError(VtgtsamError):
+    """A factor's callback broke the contract that GTSAM does not check itself."""

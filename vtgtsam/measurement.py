@@ -1,0 +1,42 @@
+# SPDX-License-Identifier: MIT
+"""What the estimator is told each frame, whoever tells it: simulator, hardware or file."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import gtsam
+import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+
+@dataclass(frozen=True, eq=False)
+class Measurement:
+    """One frame's measurements.
+
+    Attributes:
+        time: Instant of the frame [s].
+        contacts: Contact bit of each pad, shape (K,) in the hand's ``pad_names`` order, or a mapping
+            from pad name to bit that names every pad.
+        joints: Joint angles [rad], a mapping from joint name (other names are ignored) or an array
+            in the hand's ``joint_names`` order. None where ``T_wp`` is given.
+        T_wo_visual: The object's pose in the world as the visual tracker reports it, or None where
+            it reports nothing this frame.
+        T_wh: Pose of the hand's root frame in the world.
+        T_wp: Poses of the pads in the world, shape (K, 4, 4). Where given, ``joints`` and ``T_wh``
+            are not used.
+        visual_sigma: Standard deviation of the visual pose, (rotation [rad], translation [m]).
+            Replaces the configured visual weight by 1/sigma^2 for this frame.
+    """
+
+    time: float
+    contacts: ArrayLike | Mapping[str, bool]
+    joints: ArrayLike | Mapping[str, float] | None = None
+    T_wo_visual: gtsam.Pose3 | None = None
+    T_wh: gtsam.Pose3 = field(default_factory=gtsam.Pose3)
+    T_wp: np.ndarray | None = None
+    visual_sigma: tuple[float, float] | None = None
