@@ -1,0 +1,118 @@
+# SPDX-License-Identifier: MIT
+"""The estimator's settings, with the paper's presets (table I) and our own."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any, Literal, NamedTuple
+
+import yaml
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from .exceptions import ConfigError
+
+Method = Literal["vis", "vis+pen", "vis+tac+pen"]
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+Finite = Annotated[float, Field(allow_inf_nan=False)]
+
+
+class VisualWeight(NamedTuple):
+    """Separate weights, since a radian and a metre are not the same size of error."""
+
+    rotation: Positive  # [1/rad^2]
+    translation: Positive  # [1/m^2]
+
+
+class EstimatorConfig(BaseModel):
+    """Settings of a ``PoseEstimator``; the plain constructor gives the literal reading of the paper.
+
+    Cost: 1/2 sum rho(w ||r||^2) with Welsch's rho(e) = theta - theta exp(-e / theta) for the visual and
+    the tactile terms, and no robust loss for penetration (paper, section III-E).
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    method: Method = Field("vis+tac+pen", description="which measurements are fused")
+    solver: Literal["lm", "fixed-damping"] = Field(
+        "lm", description="GTSAM's Levenberg-Marquardt, or steps of constant damping as Theseus takes"
+    )
+    iterations: int = Field(5, ge=1, le=1000, description="most iterations a frame")
+    damping: Positive = Field(0.02, description="damping lambda added to J'J; for lm its first value")
+    log_theta_vis: Finite = Field(-6.5, description="log of the visual Welsch loss's theta")
+    log_theta_tac: Finite = Field(0.0, description="log of the tactile Welsch loss's theta")
+    w_vis: Positive | VisualWeight = Field(
+        1.0, description="visual weight, one number or (rotation [1/rad^2], translation [1/m^2])"
+    )
+    w_tac: Positive = Field(1.0, description="weight of each touching pad's distance [1/m^2]")
+    w_pen: Positive = Field(1.0, description="weight of each pad's penetration [1/m^2]")
+    recover: bool = Field(False, description="whether a lost estimate starts again from vision")
+
+    @classmethod
+    def simulation(cls, **overrides: Any) -> EstimatorConfig:
+        """The paper's settings for its simulation (table I); its weights are not given: 1, 1, 1."""
+        return cls(**overrides)
+
+    @classmethod
+    def real_world(cls, **overrides: Any) -> EstimatorConfig:
+        """The paper's settings for its real hand (table I); its weights are not given: 1, 1, 1."""
+        preset = {"iterations": 2, "log_theta_vis": -5.0, "log_theta_tac": -7.5}
+        return cls(**(preset | overrides))
+
+    @classmethod
+    def tuned(cls, **overrides: Any) -> EstimatorConfig:
+        """Our settings: radians and metres weighted apart, and a lost estimate starts again from vision."""
+        preset: dict[str, Any] = {
+            "w_vis": VisualWeight(rotation=0.01, translation=1.0),
+            "w_tac": 10.0,
+            "w_pen": 10.0,
+            "recover": True,
+        }
+        return cls(**(preset | overrides))
+
+    @property
+    def visual_weights(self) -> VisualWeight:
+        """``w_vis`` as a pair, whichever way it was given."""
+        if isinstance(self.w_vis, VisualWeight):
+            return self.w_vis
+        return VisualWeight(self.w_vis, self.w_vis)
+
+    @classmethod
+    def from_yaml(cls, path: str | Path) -> EstimatorConfig:
+        """Read settings from a YAML file; what it leaves out has its default.
+
+        Raises:
+            ConfigError: The file cannot be read, or names an unknown setting or a wrong value.
+        """
+        try:
+            settings = yaml.safe_load(Path(path).read_text(encoding="utf-8"))
+        except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
+            raise ConfigError(f"cannot read settings from {path}: {error}") from error
+        if settings is None:
+            settings = {}
+        if not isinstance(settings, dict):
+            raise ConfigError(
+                f"{path}: expected a mapping of setting to value, got a {type(settings).__name__}"
+            )
+        try:
+            return cls(**{str(key): value for key, value in settings.items()})
+        except ValidationError as error:
+            raise ConfigError(f"{path}: {_sentence(error)}") from error
+
+    def to_yaml(self, path: str | Path) -> None:
+        """Write all settings to a YAML file that ``from_yaml`` reads back equal."""
+        settings = self.model_dump()
+        if isinstance(self.w_vis, VisualWeight):
+            settings["w_vis"] = {"rotation": self.w_vis.rotation, "translation": self.w_vis.translation}
+        Path(path).write_text(yaml.safe_dump(settings, sort_keys=False), encoding="utf-8")
+
+
+def _sentence(error: ValidationError) -> str:
+    known = ", ".join(EstimatorConfig.model_fields)
+    parts = []
+    for item in error.errors():
+        name = ".".join(str(part) for part in item["loc"])
+        if item["type"] == "extra_forbidden":
+            parts.append(f"unknown setting {name!r} (known: {known})")
+        else:
+            parts.append(f"{name}: {item['msg']}, got {item['input']!r}")
+    return "; ".join(parts)

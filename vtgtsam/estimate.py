@@ -1,0 +1,52 @@
+# SPDX-License-Identifier: MIT
+"""What the estimator answers each frame."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import gtsam
+import numpy as np
+
+Status = Literal["ok", "waiting", "stalled", "unobservable", "lost", "invalid"]
+
+
+@dataclass(frozen=True, eq=False)
+class Estimate:
+    """The object's pose in one frame, and how far to trust it.
+
+    Attributes:
+        time: The measurement's instant [s].
+        T_wo: The object's pose in the world, or None while waiting for a first visual pose.
+        covariance: Covariance of the pose's tangent vector (right perturbation), shape (6, 6), rotation
+            [rad^2] first, then translation [m^2]: the inverse of the undamped robust information, infinite
+            along directions that nothing measures. It is the model's: with the literal weights (1, 1, 1) it
+            means little.
+        status: ``ok``;
+            ``waiting``: no visual pose has come yet, so there is no pose;
+            ``stalled``: the solver found no way down although its model promised one, the pose is the start;
+            ``unobservable``: no visual pose this frame, and the pads leave some direction free;
+            ``lost``: the visual pose is too far away to count, and the pads leave some direction free:
+            nothing holds the pose;
+            ``invalid``: the measurement held NaN or infinity and was not used, the pose is the last one.
+        iterations: Iterations the solver took.
+        error: Cost at the pose, 1/2 sum rho.
+        visual_weight: How much the visual pose counts after its robust loss, in [0, 1]; 0 where there is none.
+        pad_distances: Signed distance of each pad to the object [m], shape (K,).
+        pad_weights: How much each pad's contact counts after its robust loss, in [0, 1], shape (K,); 0 where
+            a pad reports no contact.
+        contact_points_w: Each pad's closest point in the world [m], shape (K, 3); NaN where the search left
+            a pad out.
+    """
+
+    time: float
+    T_wo: gtsam.Pose3 | None
+    covariance: np.ndarray
+    status: Status
+    iterations: int
+    error: float
+    visual_weight: float
+    pad_distances: np.ndarray
+    pad_weights: np.ndarray
+    contact_points_w: np.ndarray

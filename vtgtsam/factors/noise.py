@@ -1,0 +1,45 @@
+# SPDX-License-Identifier: MIT
+r"""Weights and robust losses as GTSAM's noise models.
+
+A term of the cost (paper, eq. 4) is 1/2 rho(w ||r||^2) with Welsch's rho(e) = theta - theta exp(-e / theta).
+GTSAM whitens with sigma = 1 / sqrt(w) and its Welsch loss is c^2 / 2 (1 - exp(-(e / c)^2)) of the whitened
+norm e: the same with c = sqrt(theta) = exp(log(theta) / 2).
+"""
+
+from __future__ import annotations
+
+import math
+
+import gtsam
+import numpy as np
+from gtsam import noiseModel
+
+_Scheme = noiseModel.mEstimator.Base.ReweightScheme
+
+
+def isotropic(dimension: int, weight: float) -> gtsam.noiseModel.Base:
+    """Gaussian noise with the same weight [1/unit^2] on each of ``dimension`` residuals."""
+    return noiseModel.Isotropic.Sigma(dimension, 1.0 / math.sqrt(weight))
+
+
+def pose_noise(rotation_weight: float, translation_weight: float) -> gtsam.noiseModel.Base:
+    """Gaussian noise on a pose's tangent vector, rotation [1/rad^2] first, translation [1/m^2] after."""
+    sigmas = np.repeat([1.0 / math.sqrt(rotation_weight), 1.0 / math.sqrt(translation_weight)], 3)
+    return noiseModel.Diagonal.Sigmas(sigmas)
+
+
+def welsch_of_norm(noise: gtsam.noiseModel.Base, log_theta: float) -> gtsam.noiseModel.Robust:
+    """One Welsch loss on the norm of the whole whitened residual."""
+    loss = noiseModel.mEstimator.Welsch.Create(math.exp(log_theta / 2), _Scheme.Block)
+    return noiseModel.Robust.Create(loss, noise)
+
+
+def welsch_of_each(noise: gtsam.noiseModel.Base, log_theta: float) -> gtsam.noiseModel.Robust:
+    """One Welsch loss on each row of the whitened residual: an outlier silences itself only."""
+    loss = noiseModel.mEstimator.Welsch.Create(math.exp(log_theta / 2), _Scheme.Scalar)
+    return noiseModel.Robust.Create(loss, noise)
+
+
+def welsch_weight(squared_norm: np.ndarray | float, log_theta: float) -> np.ndarray:
+    """How much a whitened residual still counts, in [0, 1]: rho'(e) = exp(-e / theta)."""
+    return np.exp(-np.asarray(squared_norm) / math.exp(log_theta))
