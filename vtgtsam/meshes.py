@@ -1,0 +1,84 @@
+# SPDX-License-Identifier: MIT
+"""Reading triangle meshes, and refusing those no distance field can be made of."""
+
+from __future__ import annotations
+
+import hashlib
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from .exceptions import MeshError
+
+if TYPE_CHECKING:
+    import trimesh
+
+LARGEST_EXTENT = 2.0  # [m], nothing that a hand holds is larger
+SMALLEST_EXTENT = 1e-3  # [m]
+
+
+def read_mesh(path: str | Path) -> trimesh.Trimesh:
+    """The geometry of a mesh file, one mesh with merged vertices, in the file's own unit and frame.
+
+    Texture seams are closed (vertices that differ in nothing but texture or normal are merged) and the
+    geometries of a scene are put together, each at its place in the scene.
+
+    Raises:
+        MeshError: The file cannot be read or holds no triangles.
+    """
+    import trimesh
+
+    path = Path(path)
+    if not path.is_file():
+        raise MeshError(f"there is no mesh file {path}")
+    try:
+        loaded = trimesh.load_scene(path, process=False)
+        mesh = loaded.to_mesh()
+    except Exception as error:  # trimesh's loaders raise whatever their parsers do
+        raise MeshError(
+            f"{path} cannot be read as a mesh ({error}); convert it to OBJ, PLY or STL"
+        ) from error
+    return merged(mesh.vertices, mesh.faces, str(path))
+
+
+def merged(vertices: np.ndarray, faces: np.ndarray, name: str = "the mesh") -> trimesh.Trimesh:
+    """A mesh of the bare geometry, equal vertices merged.
+
+    Raises:
+        MeshError: There are no triangles, or a vertex is not finite.
+    """
+    import trimesh
+
+    if len(faces) == 0 or len(vertices) == 0:
+        raise MeshError(f"{name} holds no triangles; export the object as a triangle mesh")
+    if not np.isfinite(vertices).all():
+        raise MeshError(f"{name} has vertices that are not finite; export it again")
+    return trimesh.Trimesh(vertices=vertices, faces=faces, process=True)
+
+
+def check_extent(vertices: np.ndarray, name: str = "the mesh") -> None:
+    """Refuse a mesh that is not in metres.
+
+    Raises:
+        MeshError: The longest side is above 2 m or below 1 mm.
+    """
+    longest = float(np.ptp(vertices, axis=0).max())
+    if longest > LARGEST_EXTENT:
+        raise MeshError(
+            f"{name} is {longest:.4g} m long, more than {LARGEST_EXTENT:g} m: it is probably in "
+            "millimetres; load it with scale=0.001 (0.01 for centimetres)"
+        )
+    if longest < SMALLEST_EXTENT:
+        raise MeshError(
+            f"{name} is {longest:.2g} m long, less than {SMALLEST_EXTENT:g} m: vtgtsam wants metres; "
+            "load it with the scale that makes it metres"
+        )
+
+
+def sha256_of(vertices: np.ndarray, faces: np.ndarray) -> str:
+    """Hash of a mesh's geometry: vertices and faces in their order, nothing else."""
+    digest = hashlib.sha256()
+    digest.update(np.ascontiguousarray(vertices, dtype="<f8").tobytes())
+    digest.update(np.ascontiguousarray(faces, dtype="<i8").tobytes())
+    return digest.hexdigest()
