@@ -34,10 +34,13 @@ class EstimatorConfig(BaseModel):
 
     method: Method = Field("vis+tac+pen", description="which measurements are fused")
     solver: Literal["lm", "fixed-damping"] = Field(
-        "lm", description="GTSAM's Levenberg-Marquardt, or steps of constant damping as Theseus takes"
+        "lm",
+        description="GTSAM's Levenberg-Marquardt, or steps of constant damping as Theseus takes",
     )
     iterations: int = Field(5, ge=1, le=1000, description="most iterations a frame")
-    damping: Positive = Field(0.02, description="damping lambda added to J'J; for lm its first value")
+    damping: Positive = Field(
+        0.02, description="damping lambda added to J'J; for lm its first value"
+    )
     log_theta_vis: Finite = Field(-6.5, description="log of the visual Welsch loss's theta")
     log_theta_tac: Finite = Field(0.0, description="log of the tactile Welsch loss's theta")
     w_vis: Positive | VisualWeight = Field(
@@ -102,7 +105,10 @@ class EstimatorConfig(BaseModel):
         """Write all settings to a YAML file that ``from_yaml`` reads back equal."""
         settings = self.model_dump()
         if isinstance(self.w_vis, VisualWeight):
-            settings["w_vis"] = {"rotation": self.w_vis.rotation, "translation": self.w_vis.translation}
+            settings["w_vis"] = {
+                "rotation": self.w_vis.rotation,
+                "translation": self.w_vis.translation,
+            }
         Path(path).write_text(yaml.safe_dump(settings, sort_keys=False), encoding="utf-8")
 
 

@@ -7,7 +7,8 @@ import numpy as np
 
 LEVER = 0.1  # [m], a radian is weighed as this many metres: the size of an object in a hand
 _UNIT = np.diag([1 / LEVER] * 3 + [1.0] * 3)  # to information about metres in all six directions
-_NOTHING = 1e-9  # an eigenvalue this far below the largest is rounding
+_ROUNDING = 1e-9  # an eigenvalue this far below the largest is rounding
+_NOTHING = 1e-12  # [1/m^2], less is no information: a standard deviation of 1000 km
 
 
 def held_directions(information: np.ndarray, share: float) -> int:
@@ -18,7 +19,7 @@ def held_directions(information: np.ndarray, share: float) -> int:
         share: Smallest share of the largest eigenvalue, after scaling radians to metres with ``LEVER``.
     """
     eigenvalues = np.linalg.eigvalsh(_UNIT @ information @ _UNIT)
-    return int((eigenvalues > max(share * eigenvalues[-1], 0.0)).sum())
+    return int((eigenvalues > max(share * eigenvalues[-1], _NOTHING)).sum())
 
 
 def covariance_of(information: np.ndarray) -> np.ndarray:
@@ -28,7 +29,7 @@ def covariance_of(information: np.ndarray) -> np.ndarray:
     its column; the other entries are those of the pseudo-inverse.
     """
     eigenvalues, vectors = np.linalg.eigh(_UNIT @ information @ _UNIT)
-    known = eigenvalues > max(_NOTHING * eigenvalues[-1], 0.0)
+    known = eigenvalues > max(_ROUNDING * eigenvalues[-1], _NOTHING)
     axes = _UNIT @ vectors
     covariance = (axes[:, known] / eigenvalues[known]) @ axes[:, known].T
     unknown = axes[:, ~known] @ axes[:, ~known].T

@@ -94,7 +94,9 @@ def _checked_residual(residual: Any, rows: int) -> np.ndarray:
 
 def _checked_jacobian(jacobian: Any, rows: int, columns: int, index: int) -> np.ndarray:
     if jacobian is None:
-        raise FactorError(f"the callback left jacobians[{index}] unset; assign jacobians[{index}] = J")
+        raise FactorError(
+            f"the callback left jacobians[{index}] unset; assign jacobians[{index}] = J"
+        )
     jacobian = np.asarray(jacobian, dtype=np.float64)
     if jacobian.shape != (rows, columns):
         raise FactorError(

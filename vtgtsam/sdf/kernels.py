@@ -30,7 +30,11 @@ def trilinear(values: Any, lower: Any, scale: Any, x: float, y: float, z: float)
         return np.nan, np.nan, np.nan, np.nan
 
     # In cells: the clamped coordinate, its cell, and the place inside the cell.
-    cx, cy, cz = min(max(ux, 0.0), nx - 1.0), min(max(uy, 0.0), ny - 1.0), min(max(uz, 0.0), nz - 1.0)
+    cx, cy, cz = (
+        min(max(ux, 0.0), nx - 1.0),
+        min(max(uy, 0.0), ny - 1.0),
+        min(max(uz, 0.0), nz - 1.0),
+    )
     i, j, k = min(int(cx), nx - 2), min(int(cy), ny - 2), min(int(cz), nz - 2)
     fx, fy, fz = cx - i, cy - j, cz - k
 
@@ -116,7 +120,11 @@ def closest_on_pads(
         phi, gx, gy, gz = trilinear(values, lower, scale, x, y, z)
         distances[k], indices[k] = phi, at
         # dphi/dxi = grad phi^T [skew(p_o) -I] = [(grad phi x p_o)^T  -grad phi^T]
-        jacobians[k, 0], jacobians[k, 1], jacobians[k, 2] = gy * z - gz * y, gz * x - gx * z, gx * y - gy * x
+        jacobians[k, 0], jacobians[k, 1], jacobians[k, 2] = (
+            gy * z - gz * y,
+            gz * x - gx * z,
+            gx * y - gy * x,
+        )
         jacobians[k, 3], jacobians[k, 4], jacobians[k, 5] = -gx, -gy, -gz
     return distances, jacobians, indices
 

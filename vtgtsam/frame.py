@@ -1,0 +1,120 @@
+# SPDX-License-Identifier: MIT
+"""A measurement, checked once and brought into the form the factors use."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import gtsam
+import numpy as np
+from numpy.typing import ArrayLike
+
+from .measurement import Measurement
+from .pads import PadSet
+
+_ORTHONORMAL = 1e-4  # largest deviation of R'R from I that still counts as rounding
+
+
+@dataclass(frozen=True, eq=False)
+class Frame:
+    """One frame's measurements as arrays.
+
+    Attributes:
+        touching: Indices of the pads in contact, shape (N,).
+        T_wp: Pad poses in the world, shape (K, 4, 4).
+        T_wo_visual: The visual pose, or None.
+        visual_sigma: Its standard deviation, (rotation [rad], translation [m]), or None.
+        invalid: What is not finite, in words; empty where all is well.
+    """
+
+    touching: np.ndarray
+    T_wp: np.ndarray
+    T_wo_visual: gtsam.Pose3 | None
+    visual_sigma: tuple[float, float] | None
+    invalid: str
+
+
+def check(measurement: Measurement, hand: PadSet) -> Frame:
+    """Bring a measurement into arrays.
+
+    Raises:
+        ValueError: Something has the wrong shape or names, or is missing. What is merely not finite is a matter
+            of one frame, not of the program: it is named in ``Frame.invalid``.
+    """
+    touching = np.flatnonzero(contact_bits(measurement.contacts, hand.pad_names))
+    T_wp = pad_poses(measurement, hand)
+    visual, sigma = measurement.T_wo_visual, measurement.visual_sigma
+    invalid = []
+    if not np.isfinite(measurement.time):
+        invalid.append("time")
+    if not np.isfinite(T_wp).all():
+        invalid.append("joints, T_wh or T_wp")
+    if visual is not None and not _is_pose(visual.matrix()[None]):
+        invalid.append("T_wo_visual")
+    if sigma is not None and not (np.isfinite(sigma).all() and min(sigma) > 0):
+        invalid.append("visual_sigma")
+    return Frame(touching, T_wp, visual, sigma, ", ".join(invalid))
+
+
+def contact_bits(contacts: ArrayLike | Mapping[str, bool], names: tuple[str, ...]) -> np.ndarray:
+    """Contact bits as a bool array in ``names`` order, shape (K,).
+
+    Raises:
+        ValueError: A pad is missing, the length is wrong, or a value is neither 0 nor 1.
+    """
+    if isinstance(contacts, Mapping):
+        missing = [name for name in names if name not in contacts]
+        if missing:
+            raise ValueError(
+                f"contacts must name every pad, missing: {', '.join(missing)}; got {sorted(contacts)}"
+            )
+        contacts = [contacts[name] for name in names]
+    bits = np.asarray(contacts)
+    if bits.shape != (len(names),):
+        raise ValueError(
+            f"contacts must have shape ({len(names)},), one bit a pad, got {bits.shape}"
+        )
+    if bits.dtype != bool:
+        if bits.dtype.kind not in "iuf" or not np.isin(bits, (0, 1)).all():
+            raise ValueError(
+                f"contacts must be bits, got {bits.tolist()}; threshold the pads' values first"
+            )
+        bits = bits.astype(bool)
+    return bits
+
+
+def pad_poses(measurement: Measurement, hand: PadSet) -> np.ndarray:
+    """Pad poses in the world, shape (K, 4, 4): the given ones, or from the hand's kinematics.
+
+    Raises:
+        ValueError: Neither pad poses nor (for a hand with kinematics) joints are given, or they are malformed.
+    """
+    if measurement.T_wp is None:
+        from .hand import HandModel  # brings MuJoCo, which a PadSet does without
+
+        if not isinstance(hand, HandModel):
+            raise ValueError(
+                "a PadSet has no kinematics: give each frame's pad poses in Measurement.T_wp, shape (K, 4, 4)"
+            )
+        if measurement.joints is None:
+            raise ValueError("the measurement has neither joints nor T_wp; give one of them")
+        return hand.pad_transforms(measurement.joints, measurement.T_wh)
+    T_wp = np.ascontiguousarray(measurement.T_wp, dtype=np.float64)
+    if T_wp.shape != (len(hand), 4, 4):
+        raise ValueError(f"T_wp must have shape ({len(hand)}, 4, 4), got {T_wp.shape}")
+    if np.isfinite(T_wp).all() and not _is_pose(T_wp):
+        raise ValueError(
+            "T_wp must hold poses: rotation orthonormal, last row 0 0 0 1; check for transposed matrices"
+        )
+    return T_wp
+
+
+def _is_pose(matrices: np.ndarray) -> bool:
+    """Whether all matrices (N, 4, 4) are finite poses, up to rounding."""
+    if not np.isfinite(matrices).all():
+        return False
+    R = matrices[:, :3, :3]
+    deviation = np.abs(R @ R.transpose(0, 2, 1) - np.eye(3)).max()
+    last_row = np.abs(matrices[:, 3] - (0.0, 0.0, 0.0, 1.0)).max()
+    return bool(deviation < _ORTHONORMAL and last_row < _ORTHONORMAL)
