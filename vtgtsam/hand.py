@@ -1,0 +1,236 @@
+# SPDX-License-Identifier: MIT
+r"""A robot hand: joint angles in, pad poses out, by MuJoCo's kinematics.
+
+    T_wp[k] = T_wh T_hb(q) T_bp[k]
+
+b is the body that pad k is fixed to; T_bp puts the frame p on the centre of the pad's contact face.
+The hand frame h is the frame in which the MJCF file's worldbody is written, or a URDF's root link.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import mujoco
+import numpy as np
+
+from . import hand_file
+from .exceptions import HandError
+from .pads import Pad, PadSet
+
+if TYPE_CHECKING:
+    import gtsam
+    from numpy.typing import ArrayLike
+
+_BUILT_IN = Path(__file__).parent / "data" / "hands"
+
+
+def load_hand(name_or_path: str | Path) -> HandModel:
+    """A built-in hand by its name ("isyhand"), or a hand from an MJCF or URDF file.
+
+    Raises:
+        HandError: The name is unknown, or the file is not a hand with pads.
+    """
+    known = sorted(file.stem for file in _BUILT_IN.glob("*.xml"))
+    if name_or_path in known:
+        return HandModel.from_mjcf(_BUILT_IN / f"{name_or_path}.xml")
+    if not Path(name_or_path).is_file():
+        raise HandError(
+            f"unknown hand {str(name_or_path)!r}: expected one of {', '.join(known)}, "
+            "or the path of an MJCF or URDF file"
+        )
+    return HandModel.from_mjcf(name_or_path)
+
+
+class HandModel(PadSet):
+    """A hand with joints and pads.
+
+    Holds one MuJoCo state: use it from one thread at a time. Copies and pickles are independent.
+
+    Attributes:
+        name: The hand's name, the file's model name.
+        model: The MuJoCo model of the hand alone, frame h at the world's origin.
+        joint_names: Names of the joints, in the model's order.
+        source: Path of the file, or None where the hand came from text.
+        xml: The hand as MJCF text that needs no other file.
+    """
+
+    def __init__(self, name: str, model: mujoco.MjModel, pads: str, xml: str) -> None:
+        """Prefer ``from_mjcf``.
+
+        Args:
+            name: The hand's name.
+            model: The compiled hand.
+            pads: Which boxes are pads, with the wildcards of file names.
+            xml: The hand as MJCF text that needs no other file.
+        """
+        boxes = hand_file.find_pads(model, pads)
+        super().__init__(Pad(box.name, box.size) for box in boxes)
+        self.name = name
+        self.model = model
+        self.source: Path | None = None
+        self.xml = xml
+        self.joint_names = tuple(model.joint(i).name for i in range(model.njnt))
+        self._bodies = np.array([box.body for box in boxes])
+        self._T_bp = np.array([box.T_bp for box in boxes])
+        self._couplings = _couplings(model)
+        self._data = mujoco.MjData(model)
+
+    @classmethod
+    def from_mjcf(cls, path: str | Path, pads: str = "pad_*") -> HandModel:
+        """Read a hand from an MJCF or URDF file.
+
+        Args:
+            path: The file. Meshes that it names and that are missing are left out with a warning.
+            pads: Which of its box sites are pads, with the wildcards of file names; where no site
+                has such a name, which of its box geoms. +z points out of a pad.
+
+        Raises:
+            HandError: The file cannot be read, has no pads, or has a free joint.
+        """
+        path = Path(path)
+        spec = hand_file.read_spec(path)
+        if pads == "pad_*":
+            pads = hand_file.pads_pattern(spec) or pads
+        model = hand_file.compile_hand(spec)
+        hand = cls(spec.modelname or path.stem, model, pads, "")
+        hand.xml = hand_file.self_contained(path, spec, pads)
+        hand.source = path
+        return hand
+
+    @classmethod
+    def from_text(cls, xml: str) -> HandModel:
+        """The hand that ``xml`` describes, the text of an earlier hand's attribute of that name.
+
+        Raises:
+            HandError: The text cannot be read, has no pads, or has a free joint.
+        """
+        spec = hand_file.parse_spec(xml)
+        model = hand_file.compile_hand(spec)
+        return cls(spec.modelname, model, hand_file.pads_pattern(spec) or "pad_*", xml)
+
+    def pad_transforms(
+        self,
+        joints: Mapping[str, float] | ArrayLike,
+        T_wh: gtsam.Pose3 | np.ndarray | None = None,
+    ) -> np.ndarray:
+        """Poses of the pads in the world, shape (K, 4, 4).
+
+        Args:
+            joints: Joint angles [rad], as ``joint_array`` takes them.
+            T_wh: Pose of the hand's frame h in the world, Pose3 or shape (4, 4); None: they agree.
+
+        Raises:
+            ValueError: Joints are missing, too many or not finite.
+        """
+        self._data.qpos[:] = self.joint_array(joints)  # hinges and slides only: one number each
+        mujoco.mj_kinematics(self.model, self._data)
+        T_hb = np.zeros((len(self.pads), 4, 4))
+        T_hb[:, :3, :3] = self._data.xmat[self._bodies].reshape(-1, 3, 3)
+        T_hb[:, :3, 3] = self._data.xpos[self._bodies]
+        T_hb[:, 3, 3] = 1.0
+        T_hp: np.ndarray = T_hb @ self._T_bp
+        return T_hp if T_wh is None else np.matmul(_matrix(T_wh), T_hp)
+
+    def pad_points(
+        self,
+        joints: Mapping[str, float] | ArrayLike,
+        T_wh: gtsam.Pose3 | np.ndarray | None = None,
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """All pads' grid points in the world [m], shape (P, 3), and ``offsets``, shape (K + 1,).
+
+        Pad k's points are ``points[offsets[k]:offsets[k + 1]]``. Arguments and errors as for
+        ``pad_transforms``.
+        """
+        T_wp = self.pad_transforms(joints, T_wh)
+        points = [
+            pad.points_p @ T[:3, :3].T + T[:3, 3] for pad, T in zip(self.pads, T_wp, strict=True)
+        ]
+        return np.concatenate(points), self.offsets
+
+    def joint_array(self, joints: Mapping[str, float] | ArrayLike) -> np.ndarray:
+        """Joint angles in the order of ``joint_names`` [rad], shape (J,).
+
+        Args:
+            joints: An array in that order, or a mapping from name to angle. Other names are
+                ignored. A joint that the hand's file couples to another one (URDF ``mimic``, MJCF
+                ``equality``) may be left out of a mapping and then follows the other one.
+
+        Raises:
+            ValueError: Joints are missing, too many or not finite; the message lists them.
+        """
+        if isinstance(joints, Mapping):
+            q = self._from_mapping(joints)
+        else:
+            q = np.asarray(joints, dtype=np.float64)
+            if q.shape != (len(self.joint_names),):
+                raise ValueError(
+                    f"joints must be {len(self.joint_names)} angles in joint_names' order, "
+                    f"got shape {q.shape}"
+                )
+        if not np.isfinite(q).all():
+            bad = [
+                name
+                for name, angle in zip(self.joint_names, q, strict=True)
+                if not np.isfinite(angle)
+            ]
+            raise ValueError(f"joint angles must be finite, these are not: {', '.join(bad)}")
+        return q
+
+    def _from_mapping(self, joints: Mapping[str, float]) -> np.ndarray:
+        try:
+            return np.array([joints[name] for name in self.joint_names], dtype=np.float64)
+        except KeyError:
+            completed = dict(joints)
+        for name, coupling in self._couplings.items():
+            if name not in completed and coupling.driver in completed:
+                completed[name] = coupling.angle(completed[coupling.driver])
+        missing = [name for name in self.joint_names if name not in completed]
+        if missing:
+            raise ValueError(f"joint angles are missing for: {', '.join(missing)}")
+        return np.array([completed[name] for name in self.joint_names], dtype=np.float64)
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {key: value for key, value in self.__dict__.items() if key != "_data"}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state)
+        self._data = mujoco.MjData(self.model)
+
+
+@dataclass(frozen=True)
+class _Coupling:
+    """A joint that follows another: q = zero + polynomial(q_driver - driver_zero)."""
+
+    driver: str
+    zero: float
+    driver_zero: float
+    polynomial: np.ndarray
+
+    def angle(self, driver_angle: float) -> float:
+        powers = (driver_angle - self.driver_zero) ** np.arange(len(self.polynomial))
+        return float(self.zero + self.polynomial @ powers)
+
+
+def _couplings(model: mujoco.MjModel) -> dict[str, _Coupling]:
+    couplings = {}
+    for i in np.flatnonzero(model.eq_type == mujoco.mjtEq.mjEQ_JOINT):
+        joint, driver = model.eq_obj1id[i], model.eq_obj2id[i]
+        if driver >= 0 and model.eq_active0[i]:
+            couplings[model.joint(joint).name] = _Coupling(
+                model.joint(driver).name,
+                model.qpos0[joint],
+                model.qpos0[driver],
+                model.eq_data[i, :5].copy(),
+            )
+    return couplings
+
+
+def _matrix(T: gtsam.Pose3 | np.ndarray) -> np.ndarray:
+    matrix: np.ndarray = T if isinstance(T, np.ndarray) else T.matrix()
+    if matrix.shape != (4, 4):
+        raise ValueError(f"T_wh must be a Pose3 or have shape (4, 4), got {matrix.shape}")
+    return matrix
