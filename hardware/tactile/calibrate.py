@@ -1,0 +1,205 @@
+# SPDX-License-Identifier: MIT
+r"""Calibration of the pads as in the paper (section on the tactile sensor hardware).
+
+A press lowers a pad's resistance R, shear and the moment after a release raise it. So only drops
+below the baseline count, in units of the drop under a force of 6 N:
+
+    u = max(R_base - R, 0) / (R_base - R_6N)
+
+The baseline R_base wanders between runs and is measured before each: the median of 2 s with nothing
+touching the hand. The scale R_base - R_6N belongs to the pad and is measured once a hand.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import yaml
+
+from vtgtsam.exceptions import ConfigError, VtgtsamError
+
+from .wiring import PadWiring
+
+BASELINE_SECONDS = 2.0
+STEADY = 0.02  # of the baseline: more scatter or a greater shift within the 2 s is a touch
+LEAST_DROP = 0.03  # of the baseline: 6 N must change a living pad by more
+PRESSED = 0.5  # of a 6 N press below the bench's baseline: more than pads wander by themselves
+
+
+class PadCalibrationError(VtgtsamError):
+    """A pad is touched, moving or dead, or a press could not be used."""
+
+
+def pressure(resistance: np.ndarray, baseline: np.ndarray, drop: np.ndarray) -> np.ndarray:
+    """Pressure as fraction of a press with 6 N, shape (..., N); NaN where the input is dead.
+
+    Args:
+        resistance: Resistances of the inputs [ohm], shape (..., N).
+        baseline: Resistances untouched [ohm], shape (N,).
+        drop: Fall of resistance under 6 N [ohm], shape (N,).
+    """
+    return np.maximum(baseline - resistance, 0.0) / drop
+
+
+@dataclass(frozen=True, eq=False)
+class PadScale:
+    """What was measured on the bench, once a hand.
+
+    Attributes:
+        baseline: Resistance of each input when nothing touched it [ohm], shape (N,).
+        drop: Fall of resistance under 6 N [ohm], shape (N,); NaN where the input was left out.
+    """
+
+    baseline: np.ndarray
+    drop: np.ndarray
+
+
+def measure_baseline(
+    resistances: np.ndarray, wiring: PadWiring, scale: PadScale | None = None
+) -> np.ndarray:
+    """The inputs' untouched resistances before a run [ohm], shape (N,).
+
+    Inputs whose pads are all disabled are not judged.
+
+    Args:
+        resistances: Two seconds of resistances [ohm], shape (T, N).
+        wiring: The pads of the hand.
+        scale: The bench calibration, which shows pads that are held down all the while.
+
+    Raises:
+        PadCalibrationError: Some pads cannot be used, with the reason for each.
+    """
+    resistances = np.asarray(resistances, dtype=np.float64)
+    if resistances.ndim != 2 or resistances.shape[1] != len(wiring.inputs) or len(resistances) < 10:
+        raise ValueError(
+            f"resistances must have shape (T, {len(wiring.inputs)}) with T >= 10, "
+            f"got {resistances.shape}"
+        )
+    baseline = np.median(resistances, axis=0)  # NaN where a reading was
+    problems = [
+        (index, _problem(resistances[:, index], scale, index))
+        for index in np.flatnonzero(wiring.enabled)
+    ]
+    found = [f"{wiring.label(index)}: {problem}" for index, problem in problems if problem]
+    if found:
+        raise PadCalibrationError(
+            "cannot calibrate these pads: "
+            + "; ".join(found)
+            + ". Take everything off the hand, check the wires, and try again, or list the pad "
+            "under 'disabled' in the hand's file"
+        )
+    return baseline
+
+
+def _problem(samples: np.ndarray, scale: PadScale | None, index: int) -> str:
+    """What is wrong with one input while nothing should touch it, or an empty string."""
+    if np.isnan(samples).any():
+        share = np.isnan(samples).mean()
+        return f"open or shorted in {share:.0%} of the readings (unplugged or dead)"
+    base = np.median(samples)
+    scatter = np.median(np.abs(samples - base)) / base
+    half = len(samples) // 2
+    shift = abs(np.median(samples[:half]) - np.median(samples[half:])) / base
+    if max(scatter, shift) > STEADY:
+        return f"not steady, {max(scatter, shift):.1%} of change in 2 s (touched or moving)"
+    if scale is not None and np.isfinite(scale.drop[index]):
+        held = (scale.baseline[index] - base) / scale.drop[index]
+        if held > PRESSED:
+            return f"looks pressed with {held:.0%} of 6 N since before the calibration"
+    return ""
+
+
+def drop_under_press(
+    resistances: np.ndarray, baseline: np.ndarray, index: int, wiring: PadWiring
+) -> float:
+    """Fall of one input's resistance [ohm] while a pad on it was pressed with 6 N.
+
+    The press is the time in which the drop exceeds half its greatest value; the 20 % quantile there
+    leaves out overshooting forces and what creep adds.
+
+    Args:
+        resistances: Resistances of all inputs from before to after the press [ohm], shape (T, N).
+        baseline: Resistances untouched [ohm], shape (N,).
+        index: The input that was to be pressed.
+        wiring: The pads of the hand.
+
+    Raises:
+        PadCalibrationError: The input did not answer, or another one answered more.
+    """
+    falls = baseline - resistances  # (T, N)
+    peaks = np.quantile(np.nan_to_num(falls, nan=0.0), 0.95, axis=0)
+    relative = np.where(wiring.enabled, peaks / baseline, 0.0)
+    strongest = int(np.argmax(relative))
+    if strongest != index and relative[strongest] > LEAST_DROP:
+        raise PadCalibrationError(
+            f"{wiring.label(strongest)} answered to the press, not {wiring.label(index)}: wrong "
+            "pad, or its wires are swapped with the other's"
+        )
+    if not relative[index] > LEAST_DROP:
+        raise PadCalibrationError(
+            f"{wiring.label(index)} changed by {max(relative[index], 0):.1%} only under the press: "
+            "press its middle with 6 N (612 g on a kitchen scale), or the pad is dead"
+        )
+    plateau = falls[:, index][falls[:, index] > 0.5 * peaks[index]]
+    return float(np.quantile(plateau, 0.2))
+
+
+def save_scale(path: str | Path, scale: PadScale, wiring: PadWiring) -> None:
+    """Write the bench calibration as YAML, by the pads' names."""
+    pads = {
+        name: {
+            "baseline_ohm": round(float(scale.baseline[index]), 1),
+            "drop_ohm": round(float(scale.drop[index]), 1),
+        }
+        for index, names in enumerate(wiring.inputs)
+        for name in names
+        if np.isfinite(scale.drop[index])
+    }
+    text = yaml.safe_dump({"pads": pads}, sort_keys=False)
+    header = (
+        "# Resistance untouched and its fall under 6 N, by `python -m hardware calibrate-pads`\n"
+    )
+    Path(path).write_text(header + text, encoding="utf-8")
+
+
+def load_scale(path: str | Path, wiring: PadWiring) -> PadScale:
+    """Read a bench calibration.
+
+    Raises:
+        ConfigError: It cannot be read, or lacks a pad that is not disabled.
+    """
+    try:
+        document = yaml.safe_load(Path(path).read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
+        raise ConfigError(f"cannot read the pad calibration {path}: {error}") from error
+    pads = document.get("pads") if isinstance(document, Mapping) else None
+    if not isinstance(pads, Mapping):
+        raise ConfigError(f"{path} holds no pad calibration: it needs a mapping 'pads'")
+    values = np.full((len(wiring.inputs), 2), np.nan)
+    for index, names in enumerate(wiring.inputs):
+        if names[0] in pads:
+            values[index] = _entry(pads[names[0]], f"{path}, {names[0]}")
+    missing = [
+        wiring.label(index) for index in np.flatnonzero(wiring.enabled & np.isnan(values[:, 1]))
+    ]
+    if missing:
+        raise ConfigError(
+            f"{path} lacks {', '.join(missing)}: run `python -m hardware calibrate-pads`, or list "
+            "them under 'disabled' in the hand's file"
+        )
+    return PadScale(baseline=values[:, 0], drop=values[:, 1])
+
+
+def _entry(entry: object, where: str) -> tuple[float, float]:
+    try:
+        baseline, drop = float(entry["baseline_ohm"]), float(entry["drop_ohm"])  # type: ignore[index]
+    except (TypeError, KeyError, ValueError) as error:
+        raise ConfigError(f"{where}: needs the numbers baseline_ohm and drop_ohm") from error
+    if not (0 < drop < baseline < np.inf):
+        raise ConfigError(
+            f"{where}: needs 0 < drop_ohm < baseline_ohm, got {drop:g} and {baseline:g}"
+        )
+    return baseline, drop
