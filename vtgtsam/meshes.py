@@ -21,8 +21,8 @@ SMALLEST_EXTENT = 1e-3  # [m]
 def read_mesh(path: str | Path) -> trimesh.Trimesh:
     """The geometry of a mesh file, one mesh with merged vertices, in the file's own unit and frame.
 
-    Texture seams are closed (vertices that differ in nothing but texture or normal are merged) and the
-    geometries of a scene are put together, each at its place in the scene.
+    Texture seams are closed (vertices that differ in nothing but texture or normal are merged) and
+    the geometries of a scene are put together, each at its place in the scene.
 
     Raises:
         MeshError: The file cannot be read or holds no triangles.
@@ -71,8 +71,8 @@ def check_extent(vertices: np.ndarray, name: str = "the mesh") -> None:
         )
     if longest < SMALLEST_EXTENT:
         raise MeshError(
-            f"{name} is {longest:.2g} m long, less than {SMALLEST_EXTENT:g} m: vtgtsam wants metres; "
-            "load it with the scale that makes it metres"
+            f"{name} is {longest:.2g} m long, less than {SMALLEST_EXTENT:g} m: it is not in "
+            "metres; load it with the scale that makes it metres"
         )
 
 

@@ -69,8 +69,8 @@ def _compute(
     problems = []
     if not mesh.is_watertight:
         problems.append(
-            "the mesh is not watertight: its distance field is closed across the holes as the winding "
-            "number sees them; close the holes in a mesh editor if the result looks wrong"
+            "the mesh is not watertight: its distance field is closed across the holes as the "
+            "winding number sees them; close the holes in a mesh editor if it looks wrong"
         )
     lower, upper = mesh.bounds
     extents = upper - lower

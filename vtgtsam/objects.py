@@ -1,0 +1,130 @@
+# SPDX-License-Identifier: MIT
+"""Objects: a mesh in its frame o, its distance field, and where it came from."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+
+from .exceptions import MeshError
+from .meshes import check_extent, read_mesh, sha256_of
+from .sdf.build import build_sdf
+
+if TYPE_CHECKING:
+    import trimesh
+
+    from .sdf.grid import GridSdf
+
+
+@dataclass(frozen=True, eq=False)
+class ObjectModel:
+    """An object that a hand holds.
+
+    Attributes:
+        name: What people call it.
+        sdf: Signed distance field in the object frame.
+        mesh: Surface in the object frame [m]; only metrics and pictures need it.
+        symmetry: None, or the object's entry of BOP's ``models_info.json`` ("symmetries_discrete",
+            "symmetries_continuous"; millimetres there).
+        mass: Mass [kg] where it is known; only the simulator needs it.
+        source: The built-in name or the path of the mesh it was loaded from.
+        sha256: Hash of the mesh as it lies in its source (``vtgtsam.meshes.sha256_of``).
+        scale: Metres per unit of the source.
+        origin: Origin of the object frame, in the source's frame and axes [m]:
+            p_o = scale * p_source - origin.
+    """
+
+    name: str
+    sdf: GridSdf
+    mesh: trimesh.Trimesh | None = None
+    symmetry: dict[str, Any] | None = None
+    mass: float | None = field(default=None, kw_only=True)
+    source: str | None = field(default=None, kw_only=True)
+    sha256: str | None = field(default=None, kw_only=True)
+    scale: float = field(default=1.0, kw_only=True)
+    origin: tuple[float, float, float] = field(default=(0.0, 0.0, 0.0), kw_only=True)
+
+    @property
+    def center(self) -> np.ndarray:
+        """Centre of the bounding box (of the grid, where there is no mesh) [m], shape (3,)."""
+        if self.mesh is None:
+            return (self.sdf.lower + self.sdf.upper) / 2
+        return np.asarray(self.mesh.bounds).mean(axis=0)
+
+    def __repr__(self) -> str:
+        mm = (self.sdf.upper - self.sdf.lower if self.mesh is None else self.mesh.extents) * 1e3
+        return f"ObjectModel({self.name!r}, {mm[0]:.0f} x {mm[1]:.0f} x {mm[2]:.0f} mm)"
+
+
+def load_object(
+    name_or_path: str | Path,
+    scale: float = 1.0,
+    origin: Sequence[float] | Literal["center"] | None = None,
+) -> ObjectModel:
+    """A built-in object by its name, or one from a mesh file.
+
+    The object frame o has the axes of the file and p_o = scale * p_file - origin. The distance field
+    is built on first use (a second or two) and kept in the cache.
+
+    Args:
+        name_or_path: A name of ``vtgtsam.shapes.NAMES``, or the path of a mesh (OBJ, PLY, STL, ...).
+        scale: Metres per unit of the file; 0.001 for a mesh in millimetres.
+        origin: Origin of the object frame [m], shape (3,); "center" for the middle of the bounding
+            box; None keeps the file's.
+
+    Raises:
+        MeshError: There is no such object or file, or no distance field can be built from it.
+    """
+    from .shapes import CATALOGUE
+
+    if not (np.isfinite(scale) and scale > 0):
+        raise ValueError(f"scale must be a positive number of metres per unit, got {scale!r}")
+    shape = CATALOGUE.get(str(name_or_path))
+    if shape is None:
+        path = _existing(name_or_path, CATALOGUE)
+        mesh, name, source = read_mesh(path), path.stem, str(path)
+    else:
+        mesh, name, source = shape.mesh(), shape.name, shape.name
+    sha256 = sha256_of(mesh.vertices, mesh.faces)
+    mesh.apply_scale(scale)
+    check_extent(mesh.vertices, name)
+    shift = _origin(origin, np.asarray(mesh.bounds))
+    mesh.apply_translation(-shift)
+    return ObjectModel(
+        name=name,
+        sdf=build_sdf(mesh),
+        mesh=mesh,
+        symmetry=shape.symmetry_about(-shift) if shape else None,
+        mass=shape.mass * scale**3 if shape else None,
+        source=source,
+        sha256=sha256,
+        scale=float(scale),
+        origin=(float(shift[0]), float(shift[1]), float(shift[2])),
+    )
+
+
+def _existing(name_or_path: str | Path, known: dict[str, Any]) -> Path:
+    path = Path(name_or_path).expanduser()
+    if not path.is_file():
+        raise MeshError(
+            f"{str(name_or_path)!r} is neither a mesh file nor a built-in object; "
+            f"the built-in ones are: {', '.join(known)}"
+        )
+    return path
+
+
+def _origin(origin: Sequence[float] | str | None, bounds: np.ndarray) -> np.ndarray:
+    if origin is None:
+        return np.zeros(3)
+    if isinstance(origin, str):
+        if origin != "center":
+            raise ValueError(f'origin must be three numbers [m], "center" or None, got {origin!r}')
+        return bounds.mean(axis=0)
+    shift = np.asarray(origin, dtype=np.float64)
+    if shift.shape != (3,) or not np.isfinite(shift).all():
+        raise ValueError(f'origin must be three numbers [m], "center" or None, got {origin!r}')
+    return shift
