@@ -1,0 +1,131 @@
+# SPDX-License-Identifier: MIT
+import numpy as np
+import pandas as pd
+import pytest
+import scipy.stats
+
+from vtgtsam.evaluation.significance import holm, paired_tests, signed_rank
+
+
+def statistics(
+    errors: dict[str, list[float]], dataset: str = "vary", runs: int = 1
+) -> pd.DataFrame:
+    """Per-sequence rows: each method's median ADD-S [m], `runs` sequences an object."""
+    return pd.DataFrame(
+        [
+            {
+                "dataset": dataset,
+                "tracker": "depth",
+                "noise_scale": "1",
+                "object": f"object_{i // runs}",
+                "sequence": f"sequence_{i}",
+                "method": method,
+                "phase": "all",
+                "adds_median_m": value,
+            }
+            for method, values in errors.items()
+            for i, value in enumerate(values)
+        ]
+    )
+
+
+def test_for_all(tests: pd.DataFrame) -> pd.DataFrame:
+    return tests[tests["phase"] == "all"].set_index("comparison")
+
+
+test_for_all.__test__ = False
+
+
+def test_p_statistic_and_direction_agree_with_scipy():
+    rng = np.random.default_rng(0)
+    vis, fused = rng.uniform(1e-3, 9e-3, 30), rng.uniform(1e-3, 6e-3, 30)
+    test = test_for_all(paired_tests(statistics({"vis": vis, "vis+pen": fused}))).loc[
+        "vis+pen vs vis"
+    ]
+    expected = scipy.stats.wilcoxon(fused, vis)
+    assert test["p"] == pytest.approx(expected.pvalue, rel=1e-12)
+    assert test["statistic"] == expected.statistic
+    assert test["n"] == 30
+    assert test["n_better"] == int((fused < vis).sum())
+    assert test["unit"] == "sequence"
+
+
+def test_effect_size_is_the_share_of_favourable_minus_unfavourable_ranks():
+    # ranks 1..4; the smallest difference speaks against the first method: (2 + 3 + 4 - 1) / 10
+    assert signed_rank(np.array([-0.1, 0.2, 0.3, 0.4]))["effect_size"] == pytest.approx(0.8)
+    assert signed_rank(np.array([0.1, -0.2, -0.3, -0.4]))["effect_size"] == pytest.approx(-0.8)
+
+
+def test_holm_agrees_with_statsmodels():
+    multitest = pytest.importorskip("statsmodels.stats.multitest")
+    p = np.array([0.04, 0.001, 0.04, 0.9, 0.03, 0.012])
+    np.testing.assert_allclose(holm(p), multitest.multipletests(p, method="holm")[1], rtol=1e-12)
+
+
+def test_holm_spans_all_comparisons_of_a_condition():
+    rng = np.random.default_rng(1)
+    errors = {m: rng.uniform(0, s, 12) for m, s in (("vis", 9), ("vis+pen", 6), ("x", 3))}
+    tests = paired_tests(statistics(errors))
+    tested = tests.dropna(subset="p")
+    assert len(tested) == 3
+    np.testing.assert_allclose(tested["p_holm"], holm(tested["p"].to_numpy()))
+
+
+def test_conditions_are_tested_apart():
+    errors = {"vis": np.arange(2.0, 10.0), "vis+pen": np.arange(1.0, 9.0)}
+    one = statistics(errors)
+    two = one.assign(tracker="depth-hand")
+    tests = paired_tests(pd.concat([one, two]))
+    together = tests[tests["phase"] == "all"]
+    assert together["tracker"].tolist() == ["depth", "depth-hand"]
+    assert together["n"].tolist() == [8, 8]
+
+
+def test_runs_of_one_object_are_averaged_in_dataset_occ():
+    vis = [1.0, 3.0, 2.0, 4.0, 1.0, 1.0]
+    fused = [2.0, 1.0, 1.0, 1.0, 5.0, 1.0]  # by object: 1.5 < 2, 1 < 3, 3 > 1
+    test = test_for_all(
+        paired_tests(statistics({"vis": vis, "fused": fused}, dataset="occ", runs=2))
+    ).loc["fused vs vis"]
+    assert (test["unit"], test["n"], test["n_better"]) == ("object", 3, 2)
+    assert test["p"] == scipy.stats.wilcoxon([0.5, 2.0, -2.0]).pvalue
+
+
+def test_equal_pairs_are_said_in_words():
+    test = test_for_all(paired_tests(statistics({"vis": [1.0] * 8, "vis+pen": [1.0] * 8})))
+    row = test.loc["vis+pen vs vis"]
+    assert row["note"] == "all 8 pairs equal: nothing to test"
+    assert row["effect_size"] == 0.0
+    assert pd.isna(row["p"])
+
+
+def test_some_equal_pairs_are_left_out_and_counted():
+    result = signed_rank(np.array([0.0, 0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0]))
+    assert result["p"] == scipy.stats.wilcoxon(np.arange(1.0, 7.0)).pvalue
+    assert result["note"] == "2 of 8 pairs equal, left out"
+
+
+def test_too_few_pairs_are_said_in_words():
+    result = signed_rank(np.array([1.0, 2.0, 3.0, 4.0, 5.0]))
+    assert result["p"] == 0.0625
+    assert "5 differ, 6 needed" in result["note"]
+
+
+def test_a_sequence_without_a_pose_counts_as_the_worst_not_as_missing():
+    errors = {"vis": [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0], "vis+pen": [np.inf] + [0.5] * 6}
+    row = test_for_all(paired_tests(statistics(errors))).loc["vis+pen vs vis"]
+    assert (row["n"], row["n_better"]) == (7, 6)
+    assert row["effect_size"] == pytest.approx((1 + 2 + 3 + 4 + 5 + 6 - 7) / 28)
+
+
+def test_two_sequences_without_a_pose_are_equal():
+    errors = {"vis": [np.inf, 2.0], "vis+pen": [np.inf, 1.0]}
+    row = test_for_all(paired_tests(statistics(errors))).loc["vis+pen vs vis"]
+    assert "1 of 2 pairs equal" in row["note"]
+
+
+def test_a_phase_without_sequences_is_said_in_words():
+    tests = paired_tests(statistics({"vis": [1.0] * 7, "vis+pen": [0.5] * 7}))
+    after = tests[tests["phase"] == "after"].iloc[0]
+    assert after["n"] == 0
+    assert after["note"] == "no pairs: nothing to test"

@@ -1,0 +1,65 @@
+# SPDX-License-Identifier: MIT
+"""Which recordings lie under the given paths, and what each is called."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+
+from ..exceptions import RecordingError
+
+
+def find_recordings(paths: Iterable[str | os.PathLike[str]]) -> dict[str, Path]:
+    """Recordings by sequence id, in the ids' order.
+
+    A path is an ``.mcap`` file, a rosbag2 folder (it holds a ``metadata.yaml``), or a folder that is
+    searched for both. The id is the path below the given folder, without ``.mcap`` and with "/" as "__".
+
+    Raises:
+        RecordingError: A path does not exist or holds no recording, or two recordings get one id.
+    """
+    found: dict[str, Path] = {}
+    for path in map(Path, paths):
+        for sequence, recording in _below(path):
+            known = found.setdefault(sequence, recording)
+            if known.resolve() != recording.resolve():
+                raise RecordingError(
+                    f"two recordings have the id {sequence!r}: {known} and {recording}; "
+                    "give a folder above both instead, or evaluate them apart"
+                )
+    if not found:
+        raise RecordingError("no recordings given; name .mcap files, rosbag2 folders, or folders of them")
+    return dict(sorted(found.items()))
+
+
+def _below(path: Path) -> Iterator[tuple[str, Path]]:
+    if not path.exists():
+        raise RecordingError(f"{path} does not exist")
+    if path.is_file() or _is_bag(path):
+        yield _without_suffix(path.resolve().name), path
+        return
+    recordings = list(_search(path))
+    if not recordings:
+        raise RecordingError(f"no recordings in {path}; expected .mcap files or rosbag2 folders below it")
+    for recording in recordings:
+        yield _without_suffix("__".join(recording.relative_to(path).parts)), recording
+
+
+def _search(folder: Path) -> Iterator[Path]:
+    for child in sorted(folder.iterdir()):
+        if child.is_dir():
+            if _is_bag(child):
+                yield child
+            else:
+                yield from _search(child)
+        elif child.suffix == ".mcap":
+            yield child
+
+
+def _is_bag(path: Path) -> bool:
+    return (path / "metadata.yaml").is_file()
+
+
+def _without_suffix(name: str) -> str:
+    return name.removesuffix(".mcap")
