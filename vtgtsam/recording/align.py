@@ -1,0 +1,121 @@
+# SPDX-License-Identifier: MIT
+"""Streams of different rates brought together: one measurement for each of the given instants."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import gtsam
+import numpy as np
+
+from ..measurement import Measurement
+from .named import NamedStream
+from .poses import PoseStream
+
+if TYPE_CHECKING:
+    from ..hand import HandModel
+
+VISION_HOLD_NS = 10**9  # a visual tracker silent for longer than this reports nothing
+STALE_NS = 10**9  # joints and contacts held for longer than this are worth a warning
+
+
+@dataclass
+class Streams:
+    """What a recording holds; None where it has no such stream.
+
+    ``vision`` has its latency taken off and is given in the world frame.
+    """
+
+    joints: NamedStream | None
+    contacts: NamedStream | None
+    hand_pose: PoseStream | None
+    vision: PoseStream | None
+    truth: PoseStream | None
+    estimate: PoseStream | None
+    camera_pose: PoseStream | None
+
+
+def to_world(vision: PoseStream, camera: PoseStream, warnings: list[str]) -> PoseStream | None:
+    """Visual poses T_co as T_wo = T_wc T_co, with the camera where it was at that instant."""
+    index = camera.held(vision.times_ns)
+    known = np.flatnonzero(index >= 0).tolist()
+    if len(known) < len(index):
+        warnings.append(
+            f"{len(index) - len(known)} of {len(index)} visual poses are left out: "
+            "the camera's pose is not known before them"
+        )
+    if not known:
+        return None
+    return PoseStream(
+        times_ns=vision.times_ns[known],
+        poses=[camera.poses[index[i]] * vision.poses[i] for i in known],
+        # Root mean squares over the axes are the same in every frame.
+        sigmas=[vision.sigmas[i] for i in known],
+        frame="world",
+    )
+
+
+def measurements_at(
+    instants_ns: np.ndarray, streams: Streams, hand: HandModel, warnings: list[str]
+) -> list[Measurement]:
+    """A measurement for each instant [ns] from which on all streams are known, others held.
+
+    Args:
+        instants_ns: Instants [ns], int64, shape (F,), increasing.
+        streams: With joints and contacts.
+        hand: Names the joints and pads.
+        warnings: Gets a sentence for what is skipped or long out of date.
+    """
+    assert streams.joints is not None and streams.contacts is not None
+    joints, joints_age = streams.joints.held(instants_ns, hand.joint_names)
+    contacts, contacts_age = streams.contacts.held(instants_ns, hand.pad_names)
+    T_wh = _held_poses(streams.hand_pose, instants_ns)
+    visual = _held_visual(streams.vision, instants_ns)
+    ready = np.isfinite(joints).all(axis=1) & np.isfinite(contacts).all(axis=1)
+    if streams.hand_pose is not None:
+        ready &= streams.hand_pose.held(instants_ns) >= 0
+    if not ready.all():
+        warnings.append(
+            f"{np.count_nonzero(~ready)} of {len(ready)} frames are skipped, which lie before the "
+            "first sample of a joint, a pad or the hand's pose"
+        )
+    for what, age in (("joint angles", joints_age), ("contacts", contacts_age)):
+        stale = ready & (age > STALE_NS)
+        if stale.any():
+            warnings.append(
+                f"{np.count_nonzero(stale)} of {len(ready)} frames use {what} that are more than "
+                f"{STALE_NS / 1e9:g} s old, up to {age[stale].max() / 1e9:.1f} s"
+            )
+    return [
+        Measurement(
+            time=float(instants_ns[i] / 1e9),
+            contacts=contacts[i] > 0.5,
+            joints=joints[i],
+            T_wo_visual=visual[i][0],
+            T_wh=T_wh[i],
+            visual_sigma=visual[i][1],
+        )
+        for i in np.flatnonzero(ready)
+    ]
+
+
+def _held_poses(stream: PoseStream | None, instants_ns: np.ndarray) -> list[gtsam.Pose3]:
+    """Last poses at or before each instant; the identity where there is no such stream."""
+    if stream is None:
+        return [gtsam.Pose3()] * len(instants_ns)
+    return [stream.poses[i] for i in stream.held(instants_ns)]
+
+
+def _held_visual(
+    stream: PoseStream | None, instants_ns: np.ndarray
+) -> list[tuple[gtsam.Pose3 | None, tuple[float, float] | None]]:
+    nothing = (None, None)
+    if stream is None:
+        return [nothing] * len(instants_ns)
+    index = np.searchsorted(stream.times_ns, instants_ns, side="right") - 1
+    fresh = (index >= 0) & (instants_ns - stream.times_ns[index] <= VISION_HOLD_NS)
+    return [
+        (stream.poses[i], stream.sigmas[i]) if ok else nothing
+        for i, ok in zip(index, fresh, strict=True)
+    ]

@@ -1,0 +1,203 @@
+# SPDX-License-Identifier: MIT
+"""Read an MCAP file from front to back, whether it is whole or cut off by a crash.
+
+The mcap library's readers want a file's end first and, on a broken one, raise anything from
+``struct.error`` to ``MemoryError``. Here each record is taken only if it lies in the file in full;
+the library then parses its bytes, and a record that it cannot parse is counted as lost.
+"""
+
+from __future__ import annotations
+
+import io
+import os
+import struct
+import zlib
+from collections.abc import Callable, Container, Iterator
+from pathlib import Path
+from typing import Any, BinaryIO
+
+from mcap.data_stream import ReadDataStream
+from mcap.exceptions import UnsupportedCompressionError
+from mcap.opcode import Opcode
+from mcap.records import Attachment, Channel, Chunk, McapRecord, Message, Metadata, Schema
+from mcap.stream_reader import breakup_chunk
+
+from ..exceptions import RecordingError
+from .messages import decoder, is_known
+from .source import BagMessage
+
+MAGIC = b"\x89MCAP0\r\n"
+_RECORD_HEADER = struct.Struct("<BQ")  # opcode, length of what follows
+
+
+class McapFile:
+    """One MCAP file.
+
+    Attributes:
+        path, topics, metadata, attachments: As ``Source`` has them.
+        warnings: At most one sentence, which says what of the file could not be read.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.topics: dict[str, str] = {}
+        self.metadata: dict[str, dict[str, str]] = {}
+        self.attachments: dict[str, bytes] = {}
+        self.warnings: list[str] = []
+
+    def messages(self, topics: Container[str] | None = None) -> Iterator[BagMessage]:
+        """Messages in the file's order, those of ``topics`` or all.
+
+        Raises:
+            RecordingError: The file is no MCAP file, or compressed in an unknown way.
+        """
+        reader = _RecordReader(self.path)
+        schemas: dict[int, Schema] = {}
+        channels: dict[int, Channel] = {}
+        decoders: dict[int, _Decoder] = {}
+        last_ns = 0
+        for record in reader.records():
+            if isinstance(record, Schema):
+                schemas[record.id] = record
+            elif isinstance(record, Channel):
+                channels[record.id] = record
+                decoders[record.id] = _Decoder(record, schemas.get(record.schema_id))
+                self.topics[record.topic] = decoders[record.id].msgtype
+            elif isinstance(record, Metadata):
+                self.metadata[record.name] = record.metadata
+            elif isinstance(record, Attachment):
+                self.attachments[record.name] = record.data
+            elif isinstance(record, Message) and record.channel_id not in channels:
+                reader.orphans += 1
+            elif isinstance(record, Message):
+                last_ns = max(record.log_time, last_ns)
+                topic, decode = channels[record.channel_id].topic, decoders[record.channel_id]
+                if topics is None or topic in topics:
+                    yield BagMessage(topic, decode.msgtype, record.log_time, record.data, decode)
+        loss = reader.loss(last_ns)
+        self.warnings = [loss] if loss else []
+
+
+class _Decoder:
+    """Decodes a channel's messages by the embedded definition, else by ours of that name."""
+
+    def __init__(self, channel: Channel, schema: Schema | None) -> None:
+        self.topic = channel.topic
+        self.encoding = channel.message_encoding
+        self.schema = schema
+        self.msgtype = "" if schema is None else schema.name
+        self._decode: Callable[[bytes], Any] | None = None
+
+    def __call__(self, data: bytes) -> Any:
+        if self._decode is None:  # only now: a topic that nobody needs may be of any kind
+            self._decode = self._find()
+        return self._decode(data)
+
+    def _find(self) -> Callable[[bytes], Any]:
+        schema = self.schema
+        if schema is None or self.encoding != "cdr":
+            raise RecordingError(
+                f"topic {self.topic} has messages encoded as {self.encoding!r}, expected ROS 2 "
+                "messages ('cdr'); for ROS 1 give the .bag file"
+            )
+        if schema.encoding == "ros2msg" and schema.data:
+            return decoder(schema.name, schema.data.decode())
+        if is_known(schema.name):
+            return decoder(schema.name)
+        raise RecordingError(
+            f"topic {self.topic} has type {schema.name} without a ros2msg definition; "
+            "record it again with one"
+        )
+
+
+class _RecordReader:
+    """Records of a file that may end anywhere."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.size = path.stat().st_size
+        self.read_to = 0  # [bytes], end of the last whole record
+        self.ended = False  # whether the data section's end was seen
+        self.broken = 0  # [bytes] of records that are there but damaged
+        self.orphans = 0  # messages whose channel was in a damaged record
+
+    def records(self) -> Iterator[McapRecord]:
+        with self.path.open("rb") as file:
+            if file.read(len(MAGIC)) != MAGIC:
+                what = "is empty" if self.size == 0 else "is not an MCAP file"
+                raise RecordingError(
+                    f"{self.path} {what}; expected an .mcap file, a rosbag2 folder or a ROS 1 .bag"
+                )
+            self.read_to = len(MAGIC)
+            while (found := self._next(file)) is not None:
+                opcode, content = found
+                if opcode == Opcode.DATA_END:
+                    self.ended = True
+                    return
+                yield from self._parse(opcode, content)
+
+    def _next(self, file: BinaryIO) -> tuple[int, bytes] | None:
+        """The next whole record, or None where there is none."""
+        start = file.read(_RECORD_HEADER.size)
+        if len(start) < _RECORD_HEADER.size:
+            return None
+        opcode, length = _RECORD_HEADER.unpack(start)
+        end = self.read_to + _RECORD_HEADER.size + length
+        if opcode == 0 or end > self.size:  # 0: zeros that a crashed file system left
+            return None
+        self.read_to = end
+        if opcode in _SKIPPED:
+            file.seek(length, os.SEEK_CUR)
+            return opcode, b""
+        return opcode, file.read(length)
+
+    def _parse(self, opcode: int, content: bytes) -> list[McapRecord]:
+        try:
+            if opcode == Opcode.CHUNK:
+                return breakup_chunk(Chunk.read(_stream(content)), validate_crc=True)
+            if opcode == Opcode.MESSAGE:
+                return [Message.read(_stream(content), len(content))]
+            if opcode == Opcode.ATTACHMENT:
+                return [_attachment(content)]
+            if opcode in _READERS:
+                return [_READERS[opcode](_stream(content))]
+        except UnsupportedCompressionError as error:
+            raise RecordingError(f"{self.path}: {error}; expected zstd, lz4 or none") from None
+        except Exception:  # damaged bytes make the parsers raise anything
+            self.broken += len(content)
+        return []
+
+    def loss(self, last_ns: int) -> str | None:
+        """What could not be read, in one sentence, or None."""
+        if self.ended and not self.broken and not self.orphans:
+            return None
+        if self.ended:
+            return (
+                f"{self.path.name} is damaged: {self.broken} of its {self.size} bytes cannot be "
+                f"read, and the messages in them are lost"
+            )
+        tail = self.size - self.read_to + self.broken
+        return (
+            f"{self.path.name} is cut off: its last {tail} of {self.size} bytes cannot be read, and "
+            f"what was recorded after {last_ns / 1e9:.2f} s is lost; the rest is used"
+        )
+
+
+_SKIPPED = frozenset({Opcode.MESSAGE_INDEX})
+_READERS: dict[int, Callable[[ReadDataStream], McapRecord]] = {
+    Opcode.SCHEMA: Schema.read,
+    Opcode.CHANNEL: Channel.read,
+    Opcode.METADATA: Metadata.read,
+}
+
+
+def _stream(content: bytes) -> ReadDataStream:
+    return ReadDataStream(io.BytesIO(content))
+
+
+def _attachment(content: bytes) -> Attachment:
+    attachment: Attachment = Attachment.read(_stream(content))
+    (crc,) = struct.unpack("<I", content[-4:])
+    if crc and crc != zlib.crc32(content[:-4]):  # which the library does not check
+        raise ValueError("damaged attachment")
+    return attachment

@@ -1,0 +1,17 @@
+# SPDX-License-Identifier: MIT
+"""Names inside a recording: topics, the metadata record, attachments."""
+
+JOINTS = "/joint_states"
+CONTACTS = "/tactile/contacts"
+HAND_POSE = "/hand/pose"
+VISION = "/vision/object_pose"
+TRUTH = "/truth/object_pose"
+ESTIMATE = "/estimate/object_pose"
+CAMERA_POSE = "/camera/pose"
+DEPTH = "/camera/depth"
+COLOR = "/camera/color"
+CAMERA_INFO = "/camera/info"
+
+METADATA = "vtgtsam"
+HAND_ATTACHMENT = "hand"  # without the suffix, which says what kind of file it is
+OBJECT_ATTACHMENT = "object"

@@ -1,0 +1,160 @@
+# SPDX-License-Identifier: MIT
+"""Read a recording: our own MCAP files and, through a topic map, other people's bags."""
+
+from __future__ import annotations
+
+import dataclasses
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..exceptions import RecordingError
+from . import names
+from .align import Streams, to_world
+from .bags import open_source
+from .named import read_contacts, read_joints
+from .poses import PoseStream, read_poses
+from .provenance import find_hand, find_object
+from .recording import Recording
+from .source import BagMessage, Source
+from .topics import ObjectFile, TopicMap, Topics, load_topics
+
+if TYPE_CHECKING:
+    from ..hand import HandModel
+    from ..objects import ObjectModel
+
+
+def read_recording(
+    path: str | Path,
+    hand: HandModel | str | Path | None = None,
+    object: ObjectModel | str | Path | None = None,
+    topics: TopicMap | str | Path | None = None,
+) -> Recording:
+    """Read an MCAP file, a rosbag2 folder or a ROS 1 bag.
+
+    Headers' stamps count, in whatever order the messages come. Hand and object are taken from the
+    arguments, else from the topic map, else from the recording itself.
+
+    Args:
+        path: The recording.
+        hand: The hand, or its name, or the path of its MJCF or URDF file.
+        object: The object, or its name, or the path of its mesh.
+        topics: Which topics hold what, or the path of such a map; None for our own names.
+
+    Raises:
+        RecordingError: The recording or the map cannot be read or used, in one sentence.
+    """
+    topic_map = _topic_map(topics)
+    source = open_source(path)
+    bag = _collect(source, topic_map.topics)
+    if not source.topics:
+        raise RecordingError(" ".join([f"{path} holds no messages.", *source.warnings]))
+    warnings = list(source.warnings)
+    streams = _streams(bag, topic_map.topics, warnings)
+    info = source.metadata.get(names.METADATA, {})
+    recording = Recording(
+        path=Path(path),
+        info=info,
+        topics=topic_map.topics,
+        streams=streams,
+        make_hand=partial(_hand, hand, topic_map, info, source.attachments),
+        make_object=partial(_object, object, topic_map, info, source.attachments),
+        present=source.topics,
+    )
+    recording.warn(warnings)
+    return recording
+
+
+def _topic_map(topics: TopicMap | str | Path | None) -> TopicMap:
+    if topics is None:
+        return TopicMap()
+    return topics if isinstance(topics, TopicMap) else load_topics(topics)
+
+
+def _collect(source: Source, topics: Topics) -> dict[str, list[BagMessage]]:
+    bag: dict[str, list[BagMessage]] = {topic: [] for topic in topics.used()}
+    for message in source.messages(bag.keys()):
+        bag[message.topic].append(message)
+    return bag
+
+
+def _streams(bag: dict[str, list[BagMessage]], topics: Topics, warnings: list[str]) -> Streams:
+    def poses(topic: str) -> PoseStream | None:
+        return read_poses(topic, bag[topic], warnings)
+
+    T_wc = topics.fixed_camera_pose()
+    if T_wc is None:
+        camera = poses(str(topics.camera_pose))
+    else:
+        camera = PoseStream(np.zeros(1, dtype=np.int64), [T_wc], [None], "world")
+    return Streams(
+        joints=read_joints(topics.joints, bag[topics.joints], warnings),
+        contacts=read_contacts(topics.contacts, bag[topics.contacts.topic], warnings),
+        hand_pose=poses(topics.hand_pose),
+        vision=_vision(poses(topics.vision.topic), camera, topics, warnings),
+        truth=poses(topics.truth),
+        estimate=poses(topics.estimate),
+        camera_pose=camera,
+    )
+
+
+def _vision(
+    stream: PoseStream | None, camera: PoseStream | None, topics: Topics, warnings: list[str]
+) -> PoseStream | None:
+    """Visual poses at the instants of their images, in the world frame."""
+    if stream is None:
+        return None
+    latency_ns = round(topics.vision.latency * 1e9)
+    stream = dataclasses.replace(stream, times_ns=stream.times_ns - latency_ns)
+    if topics.vision.frame == "world":
+        if any(word in stream.frame for word in ("camera", "optical")):
+            warnings.append(
+                f"topic {topics.vision.topic} says its poses are in the frame {stream.frame!r}, but "
+                "they are taken as world poses; if they are not, say 'frame: camera' in the topic map"
+            )
+        return stream
+    if camera is None:
+        raise RecordingError(
+            f"the poses on {topics.vision.topic} are in the camera frame, but the camera's pose is "
+            "not known; give camera_pose in the topic map, a topic or seven numbers"
+        )
+    return to_world(stream, camera, warnings)
+
+
+def _hand(
+    hand: HandModel | str | Path | None,
+    topic_map: TopicMap,
+    info: dict[str, str],
+    attachments: dict[str, bytes],
+) -> HandModel:
+    from ..hand import HandModel, load_hand
+
+    if hand is None:
+        hand = topic_map.hand
+    if hand is None:
+        return find_hand(info, attachments)
+    if not isinstance(hand, str | Path):
+        return hand
+    if Path(hand).is_file():
+        return HandModel.from_mjcf(hand, pads=topic_map.pads)
+    return load_hand(hand)
+
+
+def _object(
+    obj: ObjectModel | str | Path | None,
+    topic_map: TopicMap,
+    info: dict[str, str],
+    attachments: dict[str, bytes],
+) -> ObjectModel:
+    from ..objects import load_object
+
+    if obj is None:
+        obj = topic_map.object if not isinstance(topic_map.object, ObjectFile) else None
+        if isinstance(topic_map.object, ObjectFile):
+            entry = topic_map.object
+            return load_object(entry.mesh, scale=entry.scale, origin=entry.origin)
+    if obj is None:
+        return find_object(info, attachments)
+    return load_object(obj) if isinstance(obj, str | Path) else obj

@@ -1,0 +1,190 @@
+# SPDX-License-Identifier: MIT
+"""A recorded sequence, and the estimator's measurements made from it."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Sequence
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal, TypeVar
+
+import gtsam
+import numpy as np
+
+from ..exceptions import RecordingError
+from ..measurement import Measurement
+from .align import Streams, measurements_at
+from .named import NamedStream
+from .poses import PoseStream
+from .trajectory import PoseTrajectory
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from ..hand import HandModel
+    from ..objects import ObjectModel
+    from .topics import Topics
+
+T = TypeVar("T")
+
+_log = logging.getLogger(__name__)
+
+
+class Recording:
+    """A recorded sequence; ``read_recording`` makes it.
+
+    Attributes:
+        path: Where it was read from.
+        info: Its metadata: hand, object, dataset, sequence, seed, noise_scale, tracker, version, ...
+        topics: The names its streams were read under.
+        warnings: Sentences on what could not be read or used; ``measurements`` may add to them.
+    """
+
+    def __init__(
+        self,
+        path: Path,
+        info: dict[str, str],
+        topics: Topics,
+        streams: Streams,
+        make_hand: Callable[[], HandModel],
+        make_object: Callable[[], ObjectModel],
+        present: dict[str, str],
+    ) -> None:
+        self.path = path
+        self.info = info
+        self.topics = topics
+        self.warnings: list[str] = []
+        self._streams = streams
+        self._make_hand = make_hand
+        self._make_object = make_object
+        self._present = present  # type by topic, for error messages
+
+    def __repr__(self) -> str:
+        return f"Recording({str(self.path)!r})"
+
+    @cached_property
+    def hand(self) -> HandModel:
+        """The hand: as given, else as attached, else as named in the metadata."""
+        return self._make_hand()
+
+    @cached_property
+    def object(self) -> ObjectModel:
+        """The object: as given, else as attached, else as named in the metadata."""
+        return self._make_object()
+
+    def measurements(
+        self, rate: float | Literal["vision", "recorded"] = "vision"
+    ) -> list[Measurement]:
+        """The recording as the estimator wants it.
+
+        Each stream is held at its last stamp; frames before the first joint, contact or hand pose
+        are skipped with a warning. A visual pose counts for a second at most.
+
+        Args:
+            rate: "vision": a frame at each visual pose; a number: so many frames a second [Hz];
+                "recorded": a frame at each pose on /estimate/object_pose, as a live run had them.
+
+        Raises:
+            RecordingError: A stream is missing, or one of the hand's joints or pads is.
+        """
+        joints = self._needed(self._streams.joints, self.topics.joints, "joint angles")
+        contacts = self._needed(self._streams.contacts, self.topics.contacts.topic, "contacts")
+        self._check_names(joints, self.hand.joint_names, self.topics.joints, "joints")
+        self._check_names(contacts, self.hand.pad_names, self.topics.contacts.topic, "pads")
+        instants_ns = self._instants(rate, joints, contacts)
+        found: list[str] = []
+        measurements = measurements_at(instants_ns, self._streams, self.hand, found)
+        self.warn(found)
+        return measurements
+
+    def _instants(
+        self, rate: float | str, joints: NamedStream, contacts: NamedStream
+    ) -> np.ndarray:
+        if rate == "vision":
+            vision = self._needed(self._streams.vision, self.topics.vision.topic, "visual poses")
+            return vision.times_ns
+        if rate == "recorded":
+            estimate = self._needed(
+                self._streams.estimate, self.topics.estimate, "a live run's estimates"
+            )
+            return estimate.times_ns
+        if isinstance(rate, str) or not (np.isfinite(rate) and rate > 0):
+            raise ValueError(f'rate must be "vision", "recorded" or a number above 0, got {rate!r}')
+        start = max(joints.start_ns(self.hand.joint_names), contacts.start_ns(self.hand.pad_names))
+        end = max(int(joints.times_ns[-1]), int(contacts.times_ns[-1]))
+        count = int((end - start) * rate / 1e9) + 1
+        steps_ns: np.ndarray = np.rint(np.arange(count) * (1e9 / rate)).astype(np.int64)
+        return start + steps_ns
+
+    @cached_property
+    def ground_truth(self) -> PoseTrajectory | None:
+        """The object's true poses T_wo, or None where they were not recorded."""
+        return _trajectory(self._streams.truth)
+
+    def truth_at(self, times: Sequence[float] | np.ndarray) -> list[gtsam.Pose3 | None]:
+        """True poses T_wo at given instants [s], interpolated; None where they are not known.
+
+        Raises:
+            RecordingError: The recording has no truth.
+        """
+        truth = self._needed(self.ground_truth, self.topics.truth, "true poses")
+        return truth.at(times)
+
+    @cached_property
+    def visual_poses(self) -> PoseTrajectory | None:
+        """What the visual tracker reported, T_wo at the true instants, or None."""
+        return _trajectory(self._streams.vision)
+
+    @cached_property
+    def estimates(self) -> PoseTrajectory | None:
+        """What a live run estimated, T_wo, or None."""
+        return _trajectory(self._streams.estimate)
+
+    @property
+    def camera_pose(self) -> gtsam.Pose3 | None:
+        """The camera's first known pose T_wc, or None."""
+        stream = self._streams.camera_pose
+        return None if stream is None else stream.poses[0]
+
+    def camera_pose_at(self, time: float) -> gtsam.Pose3 | None:
+        """The camera's pose T_wc at an instant [s], the last one known then, or None."""
+        stream = self._streams.camera_pose
+        if stream is None:
+            return None
+        index = int(stream.held(np.array([round(time * 1e9)]))[0])
+        return stream.poses[index] if index >= 0 else None
+
+    def warn(self, sentences: list[str]) -> None:
+        """Note what is wrong, each sentence once, and log it."""
+        for sentence in sentences:
+            if sentence not in self.warnings:
+                self.warnings.append(sentence)
+                _log.warning("%s: %s", self.path.name, sentence)
+
+    def _needed(self, stream: T | None, topic: str, what: str) -> T:
+        if stream is not None:
+            return stream
+        if topic in self._present:
+            raise RecordingError(f"{self.path}: topic {topic} holds no usable message ({what})")
+        others = ", ".join(f"{name} ({kind})" for name, kind in sorted(self._present.items()))
+        raise RecordingError(
+            f"{self.path} has no topic {topic} ({what}); it has: {others or 'nothing'}. "
+            "Where another topic holds it, say so in a topic map (--topics)"
+        )
+
+    def _check_names(
+        self, stream: NamedStream, needed: Sequence[str], topic: str, what: str
+    ) -> None:
+        missing = [name for name in needed if name not in stream.columns]
+        if missing:
+            raise RecordingError(
+                f"{self.path}: topic {topic} lacks the hand's {what} {', '.join(missing)}; "
+                f"it has {', '.join(sorted(stream.columns))}"
+            )
+
+
+def _trajectory(stream: PoseStream | None) -> PoseTrajectory | None:
+    if stream is None:
+        return None
+    return PoseTrajectory(stream.times_ns / 1e9, tuple(stream.poses))

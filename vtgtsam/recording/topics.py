@@ -1,0 +1,191 @@
+# SPDX-License-Identifier: MIT
+"""Which topics of a bag hold what: the map that makes other people's bags readable.
+
+The YAML file looks like this; every entry but ``joints`` and ``contacts`` is optional, and a topic
+that is not mentioned is looked for under this package's own name::
+
+    hand: my_hand.xml            # name or MJCF/URDF path, relative to this file
+    pads: "skin_*"               # which of its box sites are pads; "pad_*" where not given
+    object: my_mug.obj           # name or mesh path; or {mesh:, scale:, origin:}
+    topics:
+      joints: /robot/joint_states
+      contacts: {topic: /skin/values, names: [pad_a, pad_b], threshold: 0.15}
+      hand_pose: /robot/wrist
+      vision: {topic: /foundationpose/pose, latency: 0.06, frame: camera}
+      camera_pose: [0.6, 0, 0.576, 0, 0, 0, 1]     # x y z qx qy qz qw, or a topic
+      truth: /mocap/object
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import gtsam
+import numpy as np
+import yaml
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    FiniteFloat,
+    ValidationError,
+)
+
+from ..exceptions import RecordingError
+from . import names
+from .messages import QUATERNION_TOLERANCE
+
+
+class _Model(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+class ContactsTopic(_Model):
+    """Where the contact bits are.
+
+    Attributes:
+        topic: A topic of TactilePads, Float32MultiArray, Float64MultiArray or UInt8MultiArray.
+        names: The pads' names in the order of an array's values.
+        threshold: A value at or above it is a contact. Needed for arrays of floats, in their own
+            unit; 1 where not given for UInt8MultiArray; TactilePads carry their own bits unless a
+            threshold on their pressure is given here.
+    """
+
+    topic: str = names.CONTACTS
+    names: tuple[str, ...] | None = None
+    threshold: FiniteFloat | None = None
+
+
+class VisionTopic(_Model):
+    """Where the visual tracker's poses are.
+
+    Attributes:
+        topic: A topic of PoseStamped or PoseWithCovarianceStamped.
+        latency: How long after the image a pose is stamped [s]: true time = stamp - latency.
+        frame: Whether the poses are given in the world (T_wo) or the camera frame (T_co).
+    """
+
+    topic: str = names.VISION
+    latency: FiniteFloat = 0.0
+    frame: Literal["world", "camera"] = "world"
+
+
+class ObjectFile(_Model):
+    """A mesh file and how it becomes object coordinates: p_o = scale * p_file - origin [m]."""
+
+    mesh: str
+    scale: Annotated[FiniteFloat, Field(gt=0)] = 1.0
+    origin: tuple[FiniteFloat, FiniteFloat, FiniteFloat] | Literal["center"] | None = None
+
+
+def _from_topic_name(value: Any) -> Any:
+    return {"topic": value} if isinstance(value, str) else value
+
+
+def _checked_pose(value: tuple[float, ...] | str) -> tuple[float, ...] | str:
+    if not isinstance(value, str) and abs(np.linalg.norm(value[3:]) - 1) > QUATERNION_TOLERANCE:
+        raise ValueError("the quaternion (the last four numbers) must have norm 1")
+    return value
+
+
+Contacts = Annotated[ContactsTopic, BeforeValidator(_from_topic_name)]
+Vision = Annotated[VisionTopic, BeforeValidator(_from_topic_name)]
+SevenNumbers = Annotated[tuple[FiniteFloat, ...], Field(min_length=7, max_length=7)]
+CameraPose = Annotated[SevenNumbers | str, AfterValidator(_checked_pose)]
+
+
+class Topics(_Model):
+    """The topics themselves; ``camera_pose`` may be a constant T_wc instead."""
+
+    joints: str
+    contacts: Contacts
+    hand_pose: str = names.HAND_POSE
+    vision: Vision = VisionTopic()
+    camera_pose: CameraPose = names.CAMERA_POSE
+    truth: str = names.TRUTH
+    estimate: str = names.ESTIMATE
+
+    def used(self) -> Iterator[str]:
+        """Names of all topics that are read, images apart."""
+        yield from (self.joints, self.contacts.topic, self.hand_pose, self.vision.topic)
+        yield from (self.truth, self.estimate)
+        if isinstance(self.camera_pose, str):
+            yield self.camera_pose
+
+    def fixed_camera_pose(self) -> gtsam.Pose3 | None:
+        """The constant camera pose T_wc, where the map gives one."""
+        if isinstance(self.camera_pose, str):
+            return None
+        x, y, z, qx, qy, qz, qw = self.camera_pose
+        n = float(np.linalg.norm([qx, qy, qz, qw]))
+        return gtsam.Pose3(gtsam.Rot3.Quaternion(qw / n, qx / n, qy / n, qz / n), [x, y, z])
+
+
+class TopicMap(_Model):
+    """A bag's topics, and the hand and object in it."""
+
+    hand: str | None = None
+    pads: str = "pad_*"
+    object: str | ObjectFile | None = None
+    topics: Topics = Topics(joints=names.JOINTS, contacts=ContactsTopic())
+
+
+def load_topics(path: str | Path) -> TopicMap:
+    """Read the map from a YAML file; the files it names are relative to it.
+
+    Raises:
+        RecordingError: The file cannot be read or says something that is not understood.
+    """
+    path = Path(path)
+    try:
+        content = yaml.safe_load(path.read_text())
+    except OSError as error:
+        raise RecordingError(f"cannot read the topic map {path}: {error.strerror}") from None
+    except (yaml.YAMLError, UnicodeDecodeError) as error:
+        detail = " ".join(str(error).split())
+        raise RecordingError(f"the topic map {path} is not valid YAML: {detail}") from None
+    if not isinstance(content, dict) or "topics" not in content:
+        raise RecordingError(
+            f"the topic map {path} must have an entry 'topics' with at least joints and contacts"
+        )
+    try:
+        topic_map = TopicMap.model_validate(content)
+    except ValidationError as error:
+        raise RecordingError(f"the topic map {path}: {_sentence(error)}") from None
+    return _with_paths_from(topic_map, path.parent)
+
+
+def _sentence(error: ValidationError) -> str:
+    """The first problem pydantic found, in words."""
+    problem = error.errors()[0]
+    # Names of the union's branches stand in the location too; they mean nothing to a reader.
+    place = ".".join(str(part) for part in problem["loc"] if not _is_branch(part)) or "the file"
+    if problem["type"] == "extra_forbidden":
+        return f"unknown entry '{place}'; remove it or correct its name"
+    if problem["type"] == "missing":
+        return f"the entry '{place}' is missing"
+    message = problem["msg"].removeprefix("Value error, ")
+    return f"'{place}': {message[0].lower()}{message[1:]}, got {problem['input']!r}"
+
+
+def _is_branch(part: int | str) -> bool:
+    return isinstance(part, str) and ("[" in part or part in {"str", "ObjectFile"})
+
+
+def _with_paths_from(topic_map: TopicMap, folder: Path) -> TopicMap:
+    """The map with the files that exist below ``folder`` named from here."""
+
+    def found(name: str) -> str:
+        return str(folder / name) if (folder / name).is_file() else name
+
+    hand = topic_map.hand and found(topic_map.hand)
+    obj = topic_map.object
+    if isinstance(obj, str):
+        obj = found(obj)
+    elif obj is not None:
+        obj = obj.model_copy(update={"mesh": found(obj.mesh)})
+    return topic_map.model_copy(update={"hand": hand, "object": obj})
