@@ -45,10 +45,17 @@ CREEP_SECONDS = 4.0  # [s]
 DRIFT = 0.001  # standard deviation of the random walk after 1 s, as fraction
 
 
-def random_parameters(count: int, rng: np.random.Generator) -> PadParameters:
-    """Parameters of that many pads, as different as hand-made ones may be."""
+def random_parameters(input_of: np.ndarray, rng: np.random.Generator) -> PadParameters:
+    """Parameters of pads as different as hand-made ones may be; those on one input are of one size.
+
+    Args:
+        input_of: The input of each pad, shape (K,).
+        rng: Source of the differences.
+    """
+    count = len(input_of)
+    size_ohm = np.exp(rng.uniform(np.log(2e3), np.log(32e3), input_of.max() + 1))
     return PadParameters(
-        rest_ohm=np.exp(rng.uniform(np.log(2e3), np.log(32e3), count)),
+        rest_ohm=size_ohm[input_of] * rng.uniform(0.8, 1.25, count),
         drop=rng.uniform(0.15, 0.50, count),
         shear=rng.uniform(0.01, 0.04, count),
         overshoot=rng.uniform(0.15, 0.35, count),

@@ -11,17 +11,21 @@
  */
 #include "pad_frame.h"
 
+#ifndef MULTIPLEXER
 #define MULTIPLEXER 0
+#endif
 
 static const uint32_t PERIOD_US = 20000; /* 50 Hz */
 static const uint32_t BAUD = 115200;     /* without effect on native USB */
-static const int OVERSAMPLE = 16;        /* readings averaged for one value; 16 x 14 x 10 us = 2.2 ms */
 static const uint8_t INPUTS = 14;        /* 12 finger pads, 2 palm links with 2 pads each */
 
+/* Each value is the mean of some samples, as many as fit well into the period. */
 #if defined(TEENSYDUINO) || defined(PAD_BOARD_12_BIT)
 static const int ADC_BITS = 12;
+static const int OVERSAMPLE = 16; /* x 14 inputs x 10 us = 2 ms */
 #else
 static const int ADC_BITS = 10;
+static const int OVERSAMPLE = 4; /* x 14 inputs x 112 us = 6 ms on an AVR */
 #endif
 
 #if MULTIPLEXER

@@ -24,10 +24,10 @@
 /* One byte more into the CRC, which starts at 0xFFFF. */
 static uint16_t pad_frame_crc(uint16_t crc, uint8_t byte)
 {
-    crc ^= (uint16_t)((uint16_t)byte << 8);
+    uint32_t wide = crc ^ ((uint32_t)byte << 8);
     for (int bit = 0; bit < 8; ++bit)
-        crc = (uint16_t)((crc & 0x8000u) ? (crc << 1) ^ 0x1021u : crc << 1);
-    return crc;
+        wide = (wide & 0x8000u) ? (wide << 1) ^ 0x1021u : wide << 1;
+    return (uint16_t)wide;
 }
 
 /* COBS: each zero becomes the distance to the next one. Needs length < 254. Returns length + 1. */
