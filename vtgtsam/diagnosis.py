@@ -69,7 +69,7 @@ def _linearized(
         return np.zeros((6, 6)), np.zeros(6)
     values = gtsam.Values()
     values.insert(key, T_wo)
-    return graph.linearize(values).hessian()  # type: ignore[no-any-return]
+    return graph.linearize(values).hessian()
 
 
 def _newton_step_length(information: np.ndarray, gradient: np.ndarray) -> float:

@@ -88,7 +88,7 @@ class PoseEstimator:
         start = frame.T_wo_visual if self._T_wo is None else self._T_wo
         if start is None:
             return self._without_solving(measurement.time, "waiting")
-        self._closest.place(frame.T_wp)
+        self._closest.place(frame.T_wp, frame.touching)
         if self.config.method == "vis":
             estimate = self._as_seen(measurement.time, frame, start)
         else:
@@ -138,7 +138,7 @@ class PoseEstimator:
         T_wo = solution.T_wo
         visual_weight = self._visual_weight(frame, T_wo)
         verdict = diagnose(factors.graph, factors.hand, OBJECT, solution, start, visual_weight)
-        contacts = self._closest.at(T_wo)
+        contacts = self._closest.everywhere(T_wo)
         return Estimate(
             time=time,
             T_wo=T_wo,

@@ -23,7 +23,7 @@ from .checked import checked_factor
 def penetration_residual(contacts: PadContacts) -> tuple[np.ndarray, np.ndarray]:
     """Depths of all pads inside the object [m], negative, shape (K,), and their Jacobian, shape (K, 6)."""
     inside = contacts.distances < 0
-    return contacts.distances * inside, contacts.jacobians * inside[:, None]
+    return np.minimum(0.0, contacts.distances), contacts.jacobians * inside[:, None]
 
 
 def penetration_factor(

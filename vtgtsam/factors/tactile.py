@@ -31,7 +31,7 @@ def tactile_residual(contacts: PadContacts, touching: np.ndarray) -> tuple[np.nd
     """
     distances = contacts.distances[touching]
     outside = distances > 0
-    return distances * outside, contacts.jacobians[touching] * outside[:, None]
+    return np.maximum(0.0, distances), contacts.jacobians[touching] * outside[:, None]
 
 
 def tactile_factor(

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 
 import gtsam
@@ -10,7 +11,7 @@ import numpy as np
 
 from ..pads import PadSet
 from .grid import GridSdf
-from .kernels import closest_on_pads
+from .search import closest_on_pads
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,6 +22,9 @@ class PadContacts:
         distances: Signed distances phi of the closest points [m], shape (K,).
         jacobians: Their derivatives for a right perturbation of T_wo, rotation first, shape (K, 6).
         indices: Which of ``PadSet.points_p`` the closest points are, shape (K,).
+
+    A pad that was left out, since it does not touch and does not reach into the object, has an infinite distance,
+    no derivative, and the index -1.
     """
 
     distances: np.ndarray
@@ -29,39 +33,91 @@ class PadContacts:
 
 
 class ClosestPoints:
-    """Finds each pad's closest point, once per object pose however many factors ask for it."""
+    """Finds each pad's closest point, once per object pose however many factors ask for it.
+
+    Args:
+        pads: The pads.
+        sdf: The object's distance field.
+    """
 
     def __init__(self, pads: PadSet, sdf: GridSdf) -> None:
+        count = len(pads)
         self._pads = pads
-        self._sdf = sdf
-        self._T_wp = np.tile(np.eye(4), (len(pads), 1, 1))
-        self._T_wo = np.full((4, 4), np.nan)
+        self._grid = (sdf.values, sdf.lower, sdf.scale, sdf.lipschitz, sdf.largest)
+        self._points = (
+            pads.points_p,
+            np.ascontiguousarray(pads.points_p.T, dtype=np.float32),
+            pads.offsets,
+            np.stack([_box_corners(pad.points_p) for pad in pads.pads]),
+        )
+        # What the search remembers from pose to pose: see search.py.
+        self._memory = (
+            np.empty(len(pads.points_p), np.float32),
+            np.full(count, -np.inf),
+            pads.offsets[:-1].copy(),
+            np.zeros((count, 3, 3)),
+            np.full((count, 3), np.inf),
+        )
+        self._all = np.ones(count, dtype=bool)
+        self._wanted = self._all
+        self._T_wp = np.tile(np.eye(4), (count, 1, 1))
+        self._T_wo = b""
         self.at(gtsam.Pose3())  # compiles here, not in the control loop
 
-    def place(self, T_wp: np.ndarray) -> None:
-        """Move the pads to T_wp, shape (K, 4, 4), for the frame that begins."""
+    def place(self, T_wp: np.ndarray, touching: np.ndarray | None = None) -> None:
+        """Move the pads for the frame that begins.
+
+        Args:
+            T_wp: Pad poses in the world, shape (K, 4, 4).
+            touching: Indices of the pads in contact, shape (N,). The others matter only where they reach into the
+                object, and are left out elsewhere. None: no pad is left out.
+        """
         self._T_wp = np.ascontiguousarray(T_wp, dtype=np.float64)
-        self._T_wo = np.full((4, 4), np.nan)
+        self._wanted = self._all
+        if touching is not None:
+            self._wanted = np.zeros(len(self._all), dtype=bool)
+            self._wanted[touching] = True
+        self._T_wo = b""
 
     def at(self, T_wo: gtsam.Pose3) -> PadContacts:
-        """The pads' closest points with the object at T_wo."""
+        """The pads' closest points with the object at T_wo; the same object again for the same pose."""
         matrix = T_wo.matrix()
-        if not np.array_equal(matrix, self._T_wo):
-            self._contacts = PadContacts(
-                *closest_on_pads(
-                    self._sdf.values,
-                    self._sdf.lower,
-                    self._sdf.scale,
-                    np.ascontiguousarray(matrix),
-                    self._T_wp,
-                    self._pads.points_p,
-                    self._pads.offsets,
-                )
-            )
-            self._T_wo = matrix
+        pose = matrix.tobytes()
+        if pose != self._T_wo:
+            self._contacts = self._search(matrix, self._wanted)
+            self._T_wo = pose
         return self._contacts
 
+    def everywhere(self, T_wo: gtsam.Pose3) -> PadContacts:
+        """The pads' closest points with the object at T_wo, no pad left out."""
+        return self._search(T_wo.matrix(), self._all)
+
     def points_w(self, contacts: PadContacts) -> np.ndarray:
-        """The closest points in the world frame [m], shape (K, 3)."""
+        """The closest points in the world frame [m], shape (K, 3); NaN for a pad that was left out."""
         points_p = self._pads.points_p[contacts.indices]
-        return np.einsum("kij,kj->ki", self._T_wp[:, :3, :3], points_p) + self._T_wp[:, :3, 3]
+        points_w = np.einsum("kij,kj->ki", self._T_wp[:, :3, :3], points_p) + self._T_wp[:, :3, 3]
+        points_w[contacts.indices < 0] = np.nan
+        return points_w
+
+    def _search(self, T_wo: np.ndarray, wanted: np.ndarray) -> PadContacts:
+        return PadContacts(
+            *closest_on_pads(
+                *self._grid,
+                np.ascontiguousarray(T_wo),
+                self._T_wp,
+                *self._points,
+                wanted,
+                *self._memory,
+            )
+        )
+
+
+def _box_corners(points: np.ndarray) -> np.ndarray:
+    """Corners of the axis-aligned box around points (M, 3), shape (8, 3)."""
+    bounds = np.stack([points.min(axis=0), points.max(axis=0)])
+    return np.array(
+        [
+            [bounds[b, axis] for axis, b in enumerate(bits)]
+            for bits in itertools.product((0, 1), repeat=3)
+        ]
+    )

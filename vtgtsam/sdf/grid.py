@@ -10,6 +10,8 @@ agree with it (it jumps between cells). Outside the grid, as in the paper (secti
 
 from __future__ import annotations
 
+import math
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -55,6 +57,23 @@ class GridSdf:
             array.flags.writeable = False
         self.scale = (np.array(self.values.shape) - 1.0) / (self.upper - self.lower)  # [cells/m]
         self.scale.flags.writeable = False
+
+    @cached_property
+    def lipschitz(self) -> float:
+        """Most that the distance changes per metre, inside and outside the grid.
+
+        In a cell each component of the gradient is between the slopes of the cell's edges; outside, the clamped
+        axes are replaced by a unit vector.
+        """
+        slopes = [
+            np.abs(np.diff(self.values, axis=axis)).max() * self.scale[axis] for axis in range(3)
+        ]
+        return math.sqrt(1.0 + sum(float(slope) ** 2 for slope in slopes))
+
+    @cached_property
+    def largest(self) -> float:
+        """Largest absolute distance at a node [m]."""
+        return float(np.abs(self.values).max())
 
     @property
     def spacing(self) -> np.ndarray:

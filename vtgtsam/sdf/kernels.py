@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The compiled loops of this folder, in one file since Numba's disk cache follows one file's changes only.
+"""Compiled loops over a grid: trilinear value and gradient.
 
 A grid is passed as ``values`` (nx, ny, nz) float32, ``lower`` (3,) the position of its first node [m] and
 ``scale`` (3,) the number of cells per metre along each axis.
@@ -84,71 +84,3 @@ def value_and_gradient_at(values: Any, lower: Any, scale: Any, points: Any) -> A
         gradients[n, 0], gradients[n, 1], gradients[n, 2] = gx, gy, gz
     return distances, gradients
 
-
-@compiled
-def closest_on_pads(
-    values: Any, lower: Any, scale: Any, T_wo: Any, T_wp: Any, points_p: Any, offsets: Any
-) -> Any:
-    """Grid point of least distance on each pad, at one object pose.
-
-    Args:
-        values: Distances at the grid's nodes.
-        lower: Position of the first node.
-        scale: Cells per metre.
-        T_wo: Object pose, (4, 4).
-        T_wp: Pad poses, (K, 4, 4).
-        points_p: All pads' points, each in its pad's frame, (P, 3).
-        offsets: Pad k's points are offsets[k] to offsets[k + 1].
-
-    Returns:
-        Distances (K,), Jacobians for a right perturbation of T_wo (K, 6), indices into points_p (K,).
-        Of equal distances the first point counts.
-    """
-    count = len(T_wp)
-    distances = np.empty(count)
-    jacobians = np.empty((count, 6))
-    indices = np.empty(count, np.int64)
-    for k in range(count):
-        R, t = relative_pose(T_wo, T_wp[k])
-        best, at = np.inf, offsets[k]
-        for n in range(offsets[k], offsets[k + 1]):
-            x, y, z = transform(R, t, points_p[n])
-            phi = trilinear(values, lower, scale, x, y, z)[0]
-            if phi < best:
-                best, at = phi, n
-        x, y, z = transform(R, t, points_p[at])
-        phi, gx, gy, gz = trilinear(values, lower, scale, x, y, z)
-        distances[k], indices[k] = phi, at
-        # dphi/dxi = grad phi^T [skew(p_o) -I] = [(grad phi x p_o)^T  -grad phi^T]
-        jacobians[k, 0], jacobians[k, 1], jacobians[k, 2] = (
-            gy * z - gz * y,
-            gz * x - gx * z,
-            gx * y - gy * x,
-        )
-        jacobians[k, 3], jacobians[k, 4], jacobians[k, 5] = -gx, -gy, -gz
-    return distances, jacobians, indices
-
-
-@compiled
-def relative_pose(T_wo: Any, T_wp: Any) -> Any:
-    """Rotation (3, 3) and translation (3,) of T_op = T_wo^-1 T_wp."""
-    R = np.empty((3, 3))
-    t = np.empty(3)
-    for i in range(3):
-        for j in range(3):
-            R[i, j] = T_wo[0, i] * T_wp[0, j] + T_wo[1, i] * T_wp[1, j] + T_wo[2, i] * T_wp[2, j]
-        t[i] = (
-            T_wo[0, i] * (T_wp[0, 3] - T_wo[0, 3])
-            + T_wo[1, i] * (T_wp[1, 3] - T_wo[1, 3])
-            + T_wo[2, i] * (T_wp[2, 3] - T_wo[2, 3])
-        )
-    return R, t
-
-
-@compiled
-def transform(R: Any, t: Any, p: Any) -> Any:
-    """Coordinates of R p + t."""
-    x = R[0, 0] * p[0] + R[0, 1] * p[1] + R[0, 2] * p[2] + t[0]
-    y = R[1, 0] * p[0] + R[1, 1] * p[1] + R[1, 2] * p[2] + t[1]
-    z = R[2, 0] * p[0] + R[2, 1] * p[1] + R[2, 2] * p[2] + t[2]
-    return x, y, z

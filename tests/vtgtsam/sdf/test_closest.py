@@ -1,0 +1,158 @@
+# SPDX-License-Identifier: MIT
+"""The search with its shortcuts answers exactly what looking at every point answers."""
+
+import gtsam
+import numpy as np
+import pytest
+from problems import HALF, ball_sdf, box_sdf, lump_sdf, pads_around, random_pose
+from reference import exp_se3
+
+from vtgtsam import GridSdf, Pad, PadSet
+from vtgtsam.sdf.closest import ClosestPoints
+
+
+class PlainSearch:
+    """Every point of every pad, in double precision, with the same order of operations."""
+
+    def __init__(self, pads, sdf):
+        self.pads, self.sdf = pads, sdf
+
+    def at(self, T_wo, T_wp):
+        distances, indices = [], []
+        for k, pad in enumerate(self.pads.pads):
+            R, t = relative(T_wo, T_wp[k])
+            p = pad.points_p
+            points_o = ((R[:, 0] * p[:, :1] + R[:, 1] * p[:, 1:2]) + R[:, 2] * p[:, 2:]) + t
+            phi = self.sdf.value(points_o)
+            indices.append(int(np.argmin(phi)))
+            distances.append(phi[indices[-1]])
+        return np.array(distances), np.array(indices) + self.pads.offsets[:-1]
+
+
+def relative(T_wo, T_wp):
+    T = np.linalg.inv(T_wo) @ T_wp
+    return T[:3, :3], T[:3, 3]
+
+
+def rough_sdf(seed):
+    """Noise on a ball: steep, with many near-equal minima, and no distance field at all."""
+    noise = np.random.default_rng(seed).normal(0, 0.003, (48, 48, 48))
+    return GridSdf(ball_sdf().values + noise, [-HALF] * 3, [HALF] * 3)
+
+
+FIELDS = {
+    "lump": lump_sdf,
+    "box": lambda s: box_sdf(),
+    "ball": lambda s: ball_sdf(),
+    "rough": rough_sdf,
+}
+
+
+def walk(rng, count):
+    """Poses as an optimiser visits them: jumps between frames, then ever smaller steps."""
+    T = random_pose(rng)
+    for n in range(count):
+        size = 10.0 ** -(n % 6)  # 1 rad and 20 mm down to nothing
+        T = T @ exp_se3(size * np.concatenate([rng.normal(0, 0.3, 3), rng.normal(0, 0.02, 3)]))
+        T[:3, 3] *= min(1.0, 0.1 / np.linalg.norm(T[:3, 3]))
+        yield T
+
+
+@pytest.mark.parametrize("field", FIELDS)
+@pytest.mark.parametrize("seed", range(4))
+def test_every_pose_of_a_walk_gives_the_plain_answer(field, seed):
+    rng = np.random.default_rng(seed)
+    sdf = FIELDS[field](seed)
+    pads, T_wp = pads_around(seed, count=6)
+    plain, closest = PlainSearch(pads, sdf), ClosestPoints(pads, sdf)
+    closest.place(T_wp)
+    for T_wo in walk(rng, 60):
+        found = closest.at(gtsam.Pose3(T_wo))
+        distances, indices = plain.at(T_wo, T_wp)
+        np.testing.assert_allclose(found.distances, distances, atol=1e-15)
+        # Another point may be found only where the two are equal up to the last bits.
+        np.testing.assert_array_less(
+            np.abs(distances - found.distances)[found.indices != indices], 1e-15
+        )
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_memory_of_earlier_poses_changes_no_bit(seed):
+    rng = np.random.default_rng(seed)
+    sdf = lump_sdf(seed)
+    pads, T_wp = pads_around(seed, count=6)
+    experienced = ClosestPoints(pads, sdf)
+    for T_wo in walk(rng, 40):
+        touching = np.flatnonzero(rng.random(6) < 0.5)
+        experienced.place(T_wp, touching)
+        fresh = ClosestPoints(pads, sdf)
+        fresh.place(T_wp, touching)
+        a, b = experienced.at(gtsam.Pose3(T_wo)), fresh.at(gtsam.Pose3(T_wo))
+        np.testing.assert_array_equal(a.distances, b.distances)
+        np.testing.assert_array_equal(a.jacobians, b.jacobians)
+        np.testing.assert_array_equal(a.indices, b.indices)
+
+
+@pytest.mark.parametrize("field", FIELDS)
+def test_a_pad_is_left_out_only_where_it_does_not_matter(field):
+    rng = np.random.default_rng(1)
+    sdf = FIELDS[field](1)
+    pads, T_wp = pads_around(1, count=6)
+    plain, closest = PlainSearch(pads, sdf), ClosestPoints(pads, sdf)
+    left_out = 0
+    for T_wo in walk(rng, 60):
+        touching = np.flatnonzero(rng.random(6) < 0.3)
+        closest.place(T_wp, touching)
+        found = closest.at(gtsam.Pose3(T_wo))
+        distances, _ = plain.at(T_wo, T_wp)
+        matters = distances < 0
+        matters[touching] = True
+        np.testing.assert_allclose(found.distances[matters], distances[matters], atol=1e-15)
+        assert np.isinf(found.distances[~matters]).all()
+        assert (found.indices[~matters] == -1).all()
+        assert not found.jacobians[~matters].any()
+        assert np.isnan(closest.points_w(found)[~matters]).all()
+        everywhere = closest.everywhere(gtsam.Pose3(T_wo))
+        np.testing.assert_allclose(everywhere.distances, distances, atol=1e-15)
+        left_out += (~matters).sum()
+    assert left_out > 30
+
+
+def test_of_equal_points_the_first_counts():
+    flat = GridSdf(np.broadcast_to(np.linspace(-1, 1, 9), (9, 9, 9)), [-1] * 3, [1] * 3)
+    closest = ClosestPoints(PadSet([Pad("pad", (0.02, 0.02))]), flat)
+    closest.place(np.eye(4)[None])
+    for _ in range(3):
+        assert closest.at(gtsam.Pose3()).indices[0] == 0
+        closest.at(gtsam.Pose3(gtsam.Rot3(), np.array([0, 0, 0.1])))
+
+
+def test_pads_far_outside_the_grid_are_found_too():
+    sdf = ball_sdf()
+    pads, T_wp = pads_around(2, count=4, distance=1.5)
+    closest = ClosestPoints(pads, sdf)
+    closest.place(T_wp)
+    distances, _ = PlainSearch(pads, sdf).at(np.eye(4), T_wp)
+    np.testing.assert_allclose(closest.at(gtsam.Pose3()).distances, distances, atol=1e-14)
+
+
+def test_points_need_not_lie_in_a_plane():
+    rng = np.random.default_rng(3)
+    pads = PadSet([Pad("dome", (0.02, 0.02), rng.normal(0, 0.01, (200, 3)))])
+    sdf, T_wp = lump_sdf(3), random_pose(rng)[None]
+    closest = ClosestPoints(pads, sdf)
+    closest.place(T_wp)
+    for T_wo in walk(rng, 20):
+        distances, _ = PlainSearch(pads, sdf).at(T_wo, T_wp)
+        np.testing.assert_allclose(closest.at(gtsam.Pose3(T_wo)).distances, distances, atol=1e-15)
+
+
+def test_the_same_pose_is_searched_once():
+    pads, T_wp = pads_around(4)
+    closest = ClosestPoints(pads, lump_sdf(4))
+    closest.place(T_wp)
+    assert closest.at(gtsam.Pose3()) is closest.at(gtsam.Pose3())
+    closest.place(T_wp)
+    first = closest.at(gtsam.Pose3())
+    closest.at(gtsam.Pose3(gtsam.Rot3(), np.array([0, 0, 0.001])))
+    assert closest.at(gtsam.Pose3()) is not first
