@@ -72,7 +72,7 @@ class McapFolder:
             self.topics.update(file.topics)
             self.metadata.update(file.metadata)
             self.attachments.update(file.attachments)
-            self.warnings += file.warnings
+            self.warnings += [f"{file.path.name}: {warning}" for warning in file.warnings]
 
 
 class RosBag:
@@ -111,7 +111,7 @@ class RosBag:
                 yield BagMessage(connection.topic, connection.msgtype, receive_ns, data, decode)
         except Exception as error:  # as above; nothing of a caller's is raised in here
             self.warnings.append(
-                f"{self.path.name} is damaged ({error}): what was recorded after "
+                f"the bag is damaged ({error}): what was recorded after "
                 f"{receive_ns / 1e9:.2f} s is lost; the rest is used"
             )
 

@@ -118,6 +118,7 @@ class _RecordReader:
         self.size = path.stat().st_size
         self.read_to = 0  # [bytes], end of the last whole record
         self.ended = False  # whether the data section's end was seen
+        self.has_index = False  # whether the index after it is there in full
         self.broken = 0  # [bytes] of records that are there but damaged
         self.orphans = 0  # messages whose channel was in a damaged record
 
@@ -133,6 +134,7 @@ class _RecordReader:
                 opcode, content = found
                 if opcode == Opcode.DATA_END:
                     self.ended = True
+                    self.has_index = _ends_with_magic(file)
                     return
                 yield from self._parse(opcode, content)
 
@@ -170,15 +172,15 @@ class _RecordReader:
     def loss(self, last_ns: int) -> str | None:
         """What could not be read, in one sentence, or None."""
         if self.ended and not self.broken and not self.orphans:
-            return None
+            return None if self.has_index else "the file's index is cut off, but no message is lost"
         if self.ended:
             return (
-                f"{self.path.name} is damaged: {self.broken} of its {self.size} bytes cannot be "
-                f"read, and the messages in them are lost"
+                f"the file is damaged: {self.broken} of its {self.size} bytes cannot be "
+                "read, and the messages in them are lost"
             )
         tail = self.size - self.read_to + self.broken
         return (
-            f"{self.path.name} is cut off: its last {tail} of {self.size} bytes cannot be read, and "
+            f"the file is cut off: its last {tail} of {self.size} bytes cannot be read, and "
             f"what was recorded after {last_ns / 1e9:.2f} s is lost; the rest is used"
         )
 
@@ -189,6 +191,11 @@ _READERS: dict[int, Callable[[ReadDataStream], McapRecord]] = {
     Opcode.CHANNEL: Channel.read,
     Opcode.METADATA: Metadata.read,
 }
+
+
+def _ends_with_magic(file: BinaryIO) -> bool:
+    file.seek(-len(MAGIC), os.SEEK_END)
+    return file.read() == MAGIC
 
 
 def _stream(content: bytes) -> ReadDataStream:

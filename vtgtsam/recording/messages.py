@@ -44,6 +44,7 @@ def _own_text(msgtype: str) -> str:
     return resources.files(__package__).joinpath("msg", f"{msgtype}.msg").read_text()
 
 
+@cache
 def is_known(msgtype: str) -> bool:
     """Whether a message type's definition ships with this package."""
     return resources.files(__package__).joinpath("msg", f"{msgtype}.msg").is_file()

@@ -160,7 +160,7 @@ class Recording:
         for sentence in sentences:
             if sentence not in self.warnings:
                 self.warnings.append(sentence)
-                _log.warning("%s: %s", self.path.name, sentence)
+                _log.warning("%s: %s", self.path, sentence)
 
     def _needed(self, stream: T | None, topic: str, what: str) -> T:
         if stream is not None:

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 MAX_CHUNK_BYTES = 64 * 1024
 MAX_CHUNK_NS = 10**9
-_MESSAGE_OVERHEAD = 31  # [bytes] of an MCAP message record around the message's own
+_RECORD_OVERHEAD = 64  # [bytes], above what an MCAP record has around its texts or message
 _MAX_STAMP = 2**31  # [s], a ROS stamp has a signed 32 bit number of seconds
 
 
@@ -34,8 +34,8 @@ class RecordingWriter:
     """Writer of one sequence; use it in a ``with`` statement.
 
     Metadata and attachments are written first, and what was recorded goes to the operating system
-    in pieces of at most 64 KiB or 1 s, so that a program that crashes leaves a usable file that lacks
-    its last second at most. The same calls give the same bytes.
+    in pieces of at most 64 KiB (or one larger image) or 1 s, so that a program that crashes leaves a
+    usable file that lacks its last second at most. The same calls give the same bytes.
 
     Every method takes the instant ``time`` [s] that its values belong to, which becomes the header's
     stamp. Instants may come in any order.
@@ -60,6 +60,10 @@ class RecordingWriter:
             mesh: The object's mesh file, byte for byte.
             mesh_suffix: That file's suffix, such as ".obj", ".stl" or ".ply".
         """
+        entries = {"version": __version__, **(metadata or {})}
+        wrong = [key for key, value in entries.items() if not isinstance(value, str)]
+        if wrong:
+            raise ValueError(f"metadata must be strings, these are not: {', '.join(wrong)}")
         self.path = Path(path)
         self._schemas: dict[str, int] = {}  # by type
         self._channels: dict[str, int] = {}  # by topic
@@ -71,7 +75,7 @@ class RecordingWriter:
         # The library would close a chunk only after it has grown too large; see _begin_chunk.
         self._mcap = Writer(self._file, chunk_size=2**40)
         self._mcap.start(profile="ros2", library=f"vtgtsam {__version__}")
-        self._mcap.add_metadata(names.METADATA, {"version": __version__, **(metadata or {})})
+        self._mcap.add_metadata(names.METADATA, entries)
         if hand_xml is not None:
             suffix = ".urdf" if "<robot" in hand_xml else ".xml"
             self._attach(names.HAND_ATTACHMENT + suffix, "application/xml", hand_xml.encode())
@@ -202,11 +206,13 @@ class RecordingWriter:
         if not (math.isfinite(time) and 0 <= time < _MAX_STAMP):
             raise ValueError(f"time must be seconds from 0 to {_MAX_STAMP}, got {time!r}")
         stamp = round(time * 1e9)
-        encode = messages.encoder(msgtype)
-        data = encode({"header": messages.header(stamp, frame), **fields})
-        self._begin_chunk(stamp, len(data) + _MESSAGE_OVERHEAD)
-        channel = self._channel(topic, msgtype)
+        data = messages.encoder(msgtype)({"header": messages.header(stamp, frame), **fields})
+        size = len(data) + _RECORD_OVERHEAD
+        if topic not in self._channels:  # its definition goes into the same chunk
+            size += len(messages.definition(msgtype).encode()) + 2 * _RECORD_OVERHEAD + len(topic)
+        self._begin_chunk(stamp, size)
         self._counts[topic] += 1
+        channel = self._channel(topic, msgtype)
         self._mcap.add_message(channel, stamp, data, stamp, sequence=self._counts[topic])
 
     def _begin_chunk(self, stamp: int, size: int) -> None:

@@ -1,0 +1,231 @@
+# SPDX-License-Identifier: MIT
+"""What is in a recording: its streams with their rates and gaps, and what is wrong with it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..exceptions import VtgtsamError
+from ..measurement import Measurement
+from . import names
+from .bags import open_source
+from .messages import is_known, stamp_ns
+from .reader import read_recording
+from .recording import Recording
+from .source import BagMessage
+
+if TYPE_CHECKING:
+    from ..hand import HandModel
+    from .topics import TopicMap
+
+GAP_PERIODS = 5  # a pause of so many usual periods is a gap
+ON_CHANGE = (names.HAND_POSE, names.CAMERA_POSE, names.CAMERA_INFO)  # pauses are no gaps there
+LONGEST_VALUE = 70  # [characters] of a metadata value that are shown
+LARGEST_DISTANCE = 10.0  # [m], poses further from the world's origin are probably in millimetres
+
+
+@dataclass(frozen=True)
+class StreamSummary:
+    """One topic of a recording.
+
+    Attributes:
+        topic: Its name.
+        msgtype: Its type.
+        count: Number of messages.
+        start: First stamp [s].
+        end: Last stamp [s].
+        period: Median time between two messages [s], NaN for fewer than two.
+        longest_gap: Longest time between two messages [s], NaN for fewer than two.
+        out_of_order: Number of messages stamped before the one in front of them.
+        bytes: Size of all messages.
+    """
+
+    topic: str
+    msgtype: str
+    count: int
+    start: float
+    end: float
+    period: float
+    longest_gap: float
+    out_of_order: int
+    bytes: int
+
+    @property
+    def rate(self) -> float:
+        """Usual number of messages a second [Hz], NaN for fewer than two."""
+        return 1.0 / self.period if self.period > 0 else float("nan")
+
+
+@dataclass(frozen=True)
+class Inspection:
+    """What ``inspect_recording`` found.
+
+    Attributes:
+        path: The recording.
+        info: Its metadata.
+        attachments: Size of each attached file [bytes].
+        streams: Its topics, by name.
+        frames: Number of frames the estimator would get at rate "vision"; None where it cannot.
+        problems: What is wrong, a sentence each; empty for a sound recording.
+        notes: What is not wrong but worth knowing.
+    """
+
+    path: Path
+    info: dict[str, str]
+    attachments: dict[str, int]
+    streams: list[StreamSummary]
+    frames: int | None
+    problems: list[str]
+    notes: list[str]
+
+    def lines(self) -> Iterator[str]:
+        """The findings as text."""
+        yield str(self.path)
+        for key, value in self.info.items():
+            yield f"  {key}: {value if len(value) <= LONGEST_VALUE else value[:LONGEST_VALUE] + '...'}"
+        for name, size in self.attachments.items():
+            yield f"  attached: {name}, {size / 1024:.0f} KiB"
+        width = max((len(stream.topic) for stream in self.streams), default=0)
+        for stream in self.streams:
+            yield "  " + _stream_line(stream, width)
+        if self.frames is not None:
+            yield f"  frames for the estimator: {self.frames}"
+        yield from (f"  note: {note}" for note in self.notes)
+        yield from (f"  problem: {problem}" for problem in self.problems)
+        if not self.problems:
+            yield "  no problems found"
+
+
+def _stream_line(stream: StreamSummary, width: int) -> str:
+    kind = stream.msgtype.split("/")[-1] or "no type"
+    line = f"{stream.topic:<{width}}  {stream.count:6d} {kind:<26} {stream.start:9.2f} s"
+    if stream.count > 1:
+        line += f" to {stream.end:.2f} s, {stream.rate:.1f} Hz"
+        line += f", longest gap {stream.longest_gap * 1e3:.0f} ms"
+    return line
+
+
+def inspect_recording(
+    path: str | Path,
+    hand: HandModel | str | Path | None = None,
+    topics: TopicMap | str | Path | None = None,
+) -> Inspection:
+    """Look into a recording.
+
+    Args:
+        path: The recording.
+        hand: The hand, as ``read_recording`` takes it.
+        topics: The topic map, as ``read_recording`` takes it.
+
+    Raises:
+        RecordingError: The path holds no recording at all.
+    """
+    source = open_source(path)
+    stamps: dict[str, list[int]] = {}
+    sizes: dict[str, int] = {}
+    for message in source.messages():
+        stamps.setdefault(message.topic, []).append(_stamp_ns(message))
+        sizes[message.topic] = sizes.get(message.topic, 0) + len(message.data)
+    streams = [
+        _summary(topic, source.topics[topic], stamps[topic], sizes[topic])
+        for topic in sorted(stamps)
+    ]
+    frames, problems, notes = _try_to_use(path, hand, topics)
+    return Inspection(
+        path=Path(path),
+        info=source.metadata.get(names.METADATA, {}),
+        attachments={name: len(data) for name, data in source.attachments.items()},
+        streams=streams,
+        frames=frames,
+        problems=problems + [p for stream in streams for p in _stream_problems(stream)],
+        notes=notes,
+    )
+
+
+def _stamp_ns(message: BagMessage) -> int:
+    """The header's stamp where the message is one of ours, else when it was received [ns]."""
+    if not is_known(message.msgtype):
+        return message.receive_ns
+    decoded = message.decode(message.data)
+    return (stamp_ns(decoded) if hasattr(decoded, "header") else 0) or message.receive_ns
+
+
+def _summary(topic: str, msgtype: str, stamps: list[int], size: int) -> StreamSummary:
+    seconds = np.array(stamps, dtype=np.int64) / 1e9
+    ordered = np.sort(seconds)
+    steps = np.diff(ordered)
+    return StreamSummary(
+        topic=topic,
+        msgtype=msgtype,
+        count=len(stamps),
+        start=float(ordered[0]),
+        end=float(ordered[-1]),
+        period=float(np.median(steps)) if len(steps) else float("nan"),
+        longest_gap=float(steps.max()) if len(steps) else float("nan"),
+        out_of_order=int(np.count_nonzero(np.diff(seconds) < 0)),
+        bytes=size,
+    )
+
+
+def _stream_problems(stream: StreamSummary) -> Iterator[str]:
+    if stream.topic not in ON_CHANGE and stream.longest_gap > GAP_PERIODS * stream.period:
+        yield (
+            f"{stream.topic} pauses for {stream.longest_gap:.2f} s, "
+            f"usually it comes every {stream.period * 1e3:.0f} ms"
+        )
+    if stream.out_of_order:
+        yield f"{stream.topic} has {stream.out_of_order} messages out of order; they get sorted"
+
+
+def _try_to_use(
+    path: str | Path, hand: HandModel | str | Path | None, topics: TopicMap | str | Path | None
+) -> tuple[int | None, list[str], list[str]]:
+    """Number of frames for the estimator (None: it cannot), what is wrong, what is worth knowing."""
+    try:
+        recording = read_recording(path, hand=hand, topics=topics)
+    except VtgtsamError as error:
+        return None, [str(error)], []
+    notes = list(_notes(recording))
+    far = list(_far_poses(recording))
+    try:
+        measurements = recording.measurements()
+    except VtgtsamError as error:
+        return None, [*recording.warnings, *far, str(error)], notes
+    notes += _contact_notes(measurements, recording.hand.pad_names)
+    return len(measurements), [*recording.warnings, *far], notes
+
+
+def _notes(recording: Recording) -> Iterator[str]:
+    if recording.ground_truth is None:
+        yield "no true poses, so that errors cannot be computed"
+    if recording.camera_pose is None:
+        yield "no camera pose, so that results cannot be given in the camera frame"
+
+
+def _far_poses(recording: Recording) -> Iterator[str]:
+    trajectories = {"visual": recording.visual_poses, "true": recording.ground_truth}
+    for what, trajectory in trajectories.items():
+        if trajectory is None:
+            continue
+        distance = max(float(np.linalg.norm(pose.translation())) for pose in trajectory.poses)
+        if distance > LARGEST_DISTANCE:
+            yield (
+                f"{what} poses lie up to {distance:.0f} m from the world's origin; "
+                "if they are in millimetres, write them in metres"
+            )
+
+
+def _contact_notes(measurements: list[Measurement], pad_names: Sequence[str]) -> Iterator[str]:
+    if not measurements:
+        return
+    contacts = np.array([m.contacts for m in measurements], dtype=bool)
+    if not contacts.any():
+        yield "no pad is in contact in any frame"
+    stuck = [pad_names[k] for k in np.flatnonzero(contacts.all(axis=0)).tolist()]
+    if stuck:
+        yield f"in contact in every frame: {', '.join(stuck)}"
