@@ -11,6 +11,7 @@ import numpy as np
 
 from .covariance import LEVER, held_directions
 from .estimate import Status
+from .graph import FrameGraph, as_graph
 from .solver import Solution
 
 REJECTED = 1e-3  # below this visual weight the visual pose pulls less than the damping holds
@@ -32,44 +33,41 @@ class Verdict:
 
 
 def diagnose(
-    graph: gtsam.NonlinearFactorGraph,
-    hand: gtsam.NonlinearFactorGraph,
-    key: int,
-    solution: Solution,
-    start: gtsam.Pose3,
-    visual_weight: float | None,
+    factors: FrameGraph, key: int, start: gtsam.Pose3, solution: Solution, visual_weight: float
 ) -> Verdict:
     """Judge a solution.
 
     Args:
-        graph: All the frame's factors.
-        hand: The tactile and penetration factors alone.
+        factors: The frame's factors.
         key: Key of the object pose.
-        solution: Where the solver ended.
-        start: Where it started.
-        visual_weight: What is left of the visual factor's weight, or None where the frame has none.
+        start: Where the solver started.
+        solution: Where it ended.
+        visual_weight: What is left of the visual factor's weight there, 0 where the frame has none.
     """
-    information, gradient = _linearized(graph, key, solution.T_wo)
-    status: Status = "ok"
-    if visual_weight is None or visual_weight < REJECTED:
-        hand_information, _ = _linearized(hand, key, solution.T_wo)
-        if held_directions(hand_information, HELD) < 6:
-            status = "unobservable" if visual_weight is None else "lost"
-    if status == "ok" and solution.T_wo.equals(start, 0.0) and solution.iterations:
-        promised = _newton_step_length(information, gradient)
-        status = "stalled" if promised > STALL else "ok"
-    return Verdict(status, information)
+    information, gradient = _linearized(factors.factors, key, solution.T_wo)
+    if visual_weight < REJECTED and not _held(factors.hand, key, solution.T_wo):
+        return Verdict("unobservable" if factors.visual is None else "lost", information)
+    if solution.iterations and solution.T_wo.equals(start, 0.0):
+        if _newton_step_length(information, gradient) > STALL:
+            return Verdict("stalled", information)
+    return Verdict("ok", information)
+
+
+def _held(hand: tuple[gtsam.NonlinearFactor, ...], key: int, T_wo: gtsam.Pose3) -> bool:
+    """Whether the hand's factors alone hold the pose in all six directions."""
+    information, _ = _linearized(hand, key, T_wo)
+    return held_directions(information, HELD) == 6
 
 
 def _linearized(
-    graph: gtsam.NonlinearFactorGraph, key: int, T_wo: gtsam.Pose3
+    factors: tuple[gtsam.NonlinearFactor, ...], key: int, T_wo: gtsam.Pose3
 ) -> tuple[np.ndarray, np.ndarray]:
     """J'WJ (6, 6) and -J'Wr (6,) at T_wo; zeros where there are no factors."""
-    if graph.size() == 0:
+    if not factors:
         return np.zeros((6, 6)), np.zeros(6)
     values = gtsam.Values()
     values.insert(key, T_wo)
-    return graph.linearize(values).hessian()
+    return as_graph(factors).linearize(values).hessian()
 
 
 def _newton_step_length(information: np.ndarray, gradient: np.ndarray) -> float:

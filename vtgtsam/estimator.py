@@ -12,38 +12,26 @@ from __future__ import annotations
 
 import logging
 import math
-from dataclasses import dataclass
 
 import gtsam
 import numpy as np
-from gtsam.symbol_shorthand import X
 
-from .config import EstimatorConfig, VisualWeight
+from .config import EstimatorConfig
 from .covariance import covariance_of
 from .diagnosis import diagnose
-from .estimate import Estimate
-from .factors.noise import isotropic, pose_noise, welsch_of_each, welsch_of_norm, welsch_weight
-from .factors.penetration import penetration_factor
-from .factors.tactile import tactile_factor, tactile_residual
-from .factors.visual import visual_factor, visual_residual
+from .estimate import Estimate, Status
+from .factors.noise import welsch_weight
+from .factors.tactile import tactile_residual
+from .factors.visual import visual_residual
 from .frame import Frame, check
+from .graph import OBJECT, FrameGraph, GraphBuilder, as_graph, visual_weights
 from .measurement import Measurement
 from .objects import ObjectModel
 from .pads import PadSet
-from .sdf.closest import ClosestPoints
+from .sdf.closest import ClosestPoints, PadContacts
 from .solver import Solution, solve
 
 logger = logging.getLogger(__name__)
-
-OBJECT = X(0)  # key of the object pose T_wo
-
-
-@dataclass(frozen=True, eq=False)
-class FrameGraph:
-    """One frame's factors: all of them, and the hand's alone (without the visual one)."""
-
-    graph: gtsam.NonlinearFactorGraph
-    hand: gtsam.NonlinearFactorGraph
 
 
 class PoseEstimator:
@@ -65,6 +53,7 @@ class PoseEstimator:
         self.obj = obj
         self.config = EstimatorConfig.tuned() if config is None else config
         self._closest = ClosestPoints(hand, obj.sdf)
+        self._graphs = GraphBuilder(self._closest, len(hand), self.config)
         self._T_wo: gtsam.Pose3 | None = None
 
     def reset(self, T_wo: gtsam.Pose3 | None = None) -> None:
@@ -83,104 +72,82 @@ class PoseEstimator:
         """
         frame = check(measurement, self.hand)
         if frame.invalid:
-            logger.warning("t = %s: %s not finite, frame not used", measurement.time, frame.invalid)
-            return self._without_solving(measurement.time, "invalid")
+            logger.warning("t = %s: not finite, so not used: %s", frame.time, frame.invalid)
+            return self._without_solving(frame, "invalid")
         start = frame.T_wo_visual if self._T_wo is None else self._T_wo
         if start is None:
-            return self._without_solving(measurement.time, "waiting")
+            return self._without_solving(frame, "waiting")
         self._closest.place(frame.T_wp, frame.touching)
-        if self.config.method == "vis":
-            estimate = self._as_seen(measurement.time, frame, start)
-        else:
-            estimate = self._fused(measurement.time, frame, start)
-            if estimate.status == "lost" and self.config.recover and frame.T_wo_visual is not None:
-                logger.info("t = %s: lost, starting again from vision", measurement.time)
-                estimate = self._fused(measurement.time, frame, frame.T_wo_visual)
+        estimate = (
+            self._as_seen(frame, start)
+            if self.config.method == "vis"
+            else self._fused(frame, start)
+        )
         self._T_wo = estimate.T_wo
         return estimate
 
-    def build_graph(self, frame: Frame) -> FrameGraph:
-        """The frame's factors over the one pose ``OBJECT``; the pads must have been placed."""
-        graph, hand = gtsam.NonlinearFactorGraph(), gtsam.NonlinearFactorGraph()
-        config = self.config
-        if frame.T_wo_visual is not None:
-            noise = welsch_of_norm(pose_noise(*self._visual_weights(frame)), config.log_theta_vis)
-            graph.push_back(visual_factor(OBJECT, frame.T_wo_visual, noise))
-        if config.method == "vis+tac+pen" and len(frame.touching):
-            noise = welsch_of_each(
-                isotropic(len(frame.touching), config.w_tac), config.log_theta_tac
-            )
-            hand.push_back(tactile_factor(OBJECT, frame.touching, self._closest, noise))
-        if config.method != "vis":
-            noise = isotropic(len(self.hand), config.w_pen)
-            hand.push_back(penetration_factor(OBJECT, self._closest, noise))
-        graph.push_back(hand)
-        return FrameGraph(graph, hand)
+    def _fused(self, frame: Frame, start: gtsam.Pose3) -> Estimate:
+        factors = self._graphs.build(frame)
+        estimate = self._solved(frame, factors, start)
+        if estimate.status == "lost" and self.config.recover and frame.T_wo_visual is not None:
+            logger.info("t = %s: lost, starting again from vision", frame.time)
+            estimate = self._solved(frame, factors, frame.T_wo_visual)
+        return estimate
 
-    def _fused(self, time: float, frame: Frame, start: gtsam.Pose3) -> Estimate:
-        factors = self.build_graph(frame)
-        solution = solve(factors.graph, OBJECT, start, self.config)
-        return self._estimate(time, frame, factors, solution, start)
+    def _solved(self, frame: Frame, factors: FrameGraph, start: gtsam.Pose3) -> Estimate:
+        solution = solve(as_graph(factors.factors), OBJECT, start, self.config)
+        return self._estimate(frame, factors, start, solution)
 
-    def _as_seen(self, time: float, frame: Frame, start: gtsam.Pose3) -> Estimate:
+    def _as_seen(self, frame: Frame, start: gtsam.Pose3) -> Estimate:
         """Method ``vis``: the visual pose as it is, the last one where there is none this frame."""
         T_wo = start if frame.T_wo_visual is None else frame.T_wo_visual
-        return self._estimate(time, frame, self.build_graph(frame), Solution(T_wo, 0, 0.0), T_wo)
+        return self._estimate(frame, self._graphs.build(frame), T_wo, Solution(T_wo, 0, 0.0))
 
     def _estimate(
-        self,
-        time: float,
-        frame: Frame,
-        factors: FrameGraph,
-        solution: Solution,
-        start: gtsam.Pose3,
+        self, frame: Frame, factors: FrameGraph, start: gtsam.Pose3, solution: Solution
     ) -> Estimate:
-        T_wo = solution.T_wo
-        visual_weight = self._visual_weight(frame, T_wo)
-        verdict = diagnose(factors.graph, factors.hand, OBJECT, solution, start, visual_weight)
-        contacts = self._closest.everywhere(T_wo)
+        contacts = self._closest.everywhere(solution.T_wo)
+        visual_weight = self._visual_weight(frame, solution.T_wo)
+        verdict = diagnose(factors, OBJECT, start, solution, visual_weight)
         return Estimate(
-            time=time,
-            T_wo=T_wo,
+            time=frame.time,
+            T_wo=solution.T_wo,
             covariance=covariance_of(verdict.information),
             status=verdict.status,
             iterations=solution.iterations,
             error=solution.error,
-            visual_weight=0.0 if visual_weight is None else visual_weight,
+            visual_weight=visual_weight,
             pad_distances=contacts.distances,
-            pad_weights=self._pad_weights(frame, T_wo),
+            pad_weights=self._pad_weights(frame, contacts),
             contact_points_w=self._closest.points_w(contacts),
         )
 
-    def _visual_weights(self, frame: Frame) -> VisualWeight:
-        if frame.visual_sigma is None:
-            return self.config.visual_weights
-        return VisualWeight(*(1.0 / sigma**2 for sigma in frame.visual_sigma))
-
-    def _visual_weight(self, frame: Frame, T_wo: gtsam.Pose3) -> float | None:
+    def _visual_weight(self, frame: Frame, T_wo: gtsam.Pose3) -> float:
         if frame.T_wo_visual is None:
-            return None
+            return 0.0
         residual = visual_residual(T_wo, frame.T_wo_visual)
-        weighted = np.repeat(self._visual_weights(frame), 3) * residual**2
-        return float(welsch_weight(weighted.sum(), self.config.log_theta_vis))
+        weights = visual_weights(frame, self.config)
+        error = weights.rotation * residual[:3].dot(residual[:3])
+        error += weights.translation * residual[3:].dot(residual[3:])
+        return float(welsch_weight(error, self.config.log_theta_vis))
 
-    def _pad_weights(self, frame: Frame, T_wo: gtsam.Pose3) -> np.ndarray:
+    def _pad_weights(self, frame: Frame, contacts: PadContacts) -> np.ndarray:
         weights = np.zeros(len(self.hand))
         if self.config.method == "vis+tac+pen":
-            gaps, _ = tactile_residual(self._closest.at(T_wo), frame.touching)
+            gaps, _ = tactile_residual(contacts.distances, contacts.jacobians, frame.touching)
             weights[frame.touching] = welsch_weight(
                 self.config.w_tac * gaps**2, self.config.log_theta_tac
             )
         return weights
 
-    def _without_solving(self, time: float, status: str) -> Estimate:
+    def _without_solving(self, frame: Frame, status: Status) -> Estimate:
         """The last pose, with nothing known about it this frame."""
         count = len(self.hand)
         return Estimate(
-            time=time,
+            time=frame.time,
             T_wo=self._T_wo,
             covariance=covariance_of(np.zeros((6, 6))),
-            status=status,  # type: ignore[arg-type]
+            status=status,
             iterations=0,
             error=math.nan,
             visual_weight=0.0,

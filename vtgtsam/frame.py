@@ -5,11 +5,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import gtsam
 import numpy as np
 from numpy.typing import ArrayLike
 
+from .compiled import compiled
 from .measurement import Measurement
 from .pads import PadSet
 
@@ -21,6 +23,7 @@ class Frame:
     """One frame's measurements as arrays.
 
     Attributes:
+        time: Instant of the frame [s].
         touching: Indices of the pads in contact, shape (N,).
         T_wp: Pad poses in the world, shape (K, 4, 4).
         T_wo_visual: The visual pose, or None.
@@ -28,6 +31,7 @@ class Frame:
         invalid: What is not finite, in words; empty where all is well.
     """
 
+    time: float
     touching: np.ndarray
     T_wp: np.ndarray
     T_wo_visual: gtsam.Pose3 | None
@@ -50,11 +54,11 @@ def check(measurement: Measurement, hand: PadSet) -> Frame:
         invalid.append("time")
     if not np.isfinite(T_wp).all():
         invalid.append("joints, T_wh or T_wp")
-    if visual is not None and not _is_pose(visual.matrix()[None]):
+    if visual is not None and not _are_poses(np.ascontiguousarray(visual.matrix())[None]):
         invalid.append("T_wo_visual")
     if sigma is not None and not (np.isfinite(sigma).all() and min(sigma) > 0):
         invalid.append("visual_sigma")
-    return Frame(touching, T_wp, visual, sigma, ", ".join(invalid))
+    return Frame(measurement.time, touching, T_wp, visual, sigma, ", ".join(invalid))
 
 
 def contact_bits(contacts: ArrayLike | Mapping[str, bool], names: tuple[str, ...]) -> np.ndarray:
@@ -103,18 +107,26 @@ def pad_poses(measurement: Measurement, hand: PadSet) -> np.ndarray:
     T_wp = np.ascontiguousarray(measurement.T_wp, dtype=np.float64)
     if T_wp.shape != (len(hand), 4, 4):
         raise ValueError(f"T_wp must have shape ({len(hand)}, 4, 4), got {T_wp.shape}")
-    if np.isfinite(T_wp).all() and not _is_pose(T_wp):
+    if np.isfinite(T_wp).all() and not _are_poses(T_wp):
         raise ValueError(
             "T_wp must hold poses: rotation orthonormal, last row 0 0 0 1; check for transposed matrices"
         )
     return T_wp
 
 
-def _is_pose(matrices: np.ndarray) -> bool:
+@compiled
+def _are_poses(matrices: Any) -> bool:
     """Whether all matrices (N, 4, 4) are finite poses, up to rounding."""
-    if not np.isfinite(matrices).all():
-        return False
-    R = matrices[:, :3, :3]
-    deviation = np.abs(R @ R.transpose(0, 2, 1) - np.eye(3)).max()
-    last_row = np.abs(matrices[:, 3] - (0.0, 0.0, 0.0, 1.0)).max()
-    return bool(deviation < _ORTHONORMAL and last_row < _ORTHONORMAL)
+    for T in matrices:
+        if not np.isfinite(T).all():
+            return False
+        for i in range(3):
+            if abs(T[3, i]) > _ORTHONORMAL:
+                return False
+            for j in range(3):
+                dot = T[i, 0] * T[j, 0] + T[i, 1] * T[j, 1] + T[i, 2] * T[j, 2]
+                if abs(dot - (i == j)) > _ORTHONORMAL:
+                    return False
+        if abs(T[3, 3] - 1.0) > _ORTHONORMAL:
+            return False
+    return True

@@ -10,8 +10,8 @@ from reference import exp_se3
 
 from vtgtsam import EstimatorConfig, Measurement, ObjectModel, Pad, PadSet, PoseEstimator
 from vtgtsam.covariance import covariance_of
-from vtgtsam.estimator import OBJECT
 from vtgtsam.frame import check
+from vtgtsam.graph import OBJECT, as_graph
 
 CONFIGS = [
     EstimatorConfig.simulation(),
@@ -45,7 +45,7 @@ def test_the_cost_and_its_linearization_are_the_independent_implementations(seed
     pads, obj, measurement, start = frame(seed)
     estimator = PoseEstimator(pads, obj, config)
     estimator._closest.place(measurement.T_wp)
-    graph = estimator.build_graph(check(measurement, pads)).graph
+    graph = as_graph(estimator._graphs.build(check(measurement, pads)).factors)
     values = gtsam.Values()
     values.insert(OBJECT, gtsam.Pose3(start))
     problem = as_reference(pads, obj, measurement, config)

@@ -8,6 +8,7 @@ sigma make the optimiser return its start without a word. Each of these raises a
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -87,7 +88,7 @@ def _checked_residual(residual: Any, rows: int) -> np.ndarray:
             f"the callback must return a residual of shape ({rows},), the noise model's dimension, "
             f"got shape {residual.shape}"
         )
-    if not np.isfinite(residual).all():
+    if not (math.isfinite(residual.dot(residual)) or np.isfinite(residual).all()):
         raise FactorError(f"the callback returned a residual that is not finite: {residual}")
     return residual
 
@@ -102,6 +103,7 @@ def _checked_jacobian(jacobian: Any, rows: int, columns: int, index: int) -> np.
         raise FactorError(
             f"jacobians[{index}] must have shape ({rows}, {columns}), got {jacobian.shape}"
         )
-    if not np.isfinite(jacobian).all():
+    flat = jacobian.ravel()
+    if not (math.isfinite(flat.dot(flat)) or np.isfinite(jacobian).all()):
         raise FactorError(f"jacobians[{index}] is not finite:\n{jacobian}")
     return jacobian

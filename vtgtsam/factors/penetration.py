@@ -16,14 +16,26 @@ from typing import Any
 import gtsam
 import numpy as np
 
-from ..sdf.closest import ClosestPoints, PadContacts
+from ..compiled import compiled
+from ..sdf.closest import ClosestPoints
 from .checked import checked_factor
 
 
-def penetration_residual(contacts: PadContacts) -> tuple[np.ndarray, np.ndarray]:
-    """Depths of all pads inside the object [m], negative, shape (K,), and their Jacobian, shape (K, 6)."""
-    inside = contacts.distances < 0
-    return np.minimum(0.0, contacts.distances), contacts.jacobians * inside[:, None]
+@compiled
+def penetration_residual(distances: Any, jacobians: Any) -> Any:
+    """Depths of all pads inside the object [m], negative, shape (K,), and their Jacobian, shape (K, 6).
+
+    Args:
+        distances: Signed distances of all pads' closest points at the pose in question [m], shape (K,).
+        jacobians: Their derivatives, shape (K, 6).
+    """
+    residual = np.zeros(len(distances))
+    jacobian = np.zeros((len(distances), 6))
+    for k in range(len(distances)):
+        if distances[k] < 0:
+            residual[k] = distances[k]
+            jacobian[k] = jacobians[k]
+    return residual, jacobian
 
 
 def penetration_factor(
@@ -40,7 +52,8 @@ def penetration_factor(
     def error(
         factor: gtsam.CustomFactor, values: gtsam.Values, jacobians: list[Any] | None
     ) -> np.ndarray:
-        residual, jacobian = penetration_residual(closest.at(values.atPose3(key)))
+        contacts = closest.at(values.atPose3(key))
+        residual, jacobian = penetration_residual(contacts.distances, contacts.jacobians)
         if jacobians is not None:
             jacobians[0] = jacobian
         return residual

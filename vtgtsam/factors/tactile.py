@@ -18,20 +18,27 @@ from typing import Any
 import gtsam
 import numpy as np
 
-from ..sdf.closest import ClosestPoints, PadContacts
+from ..compiled import compiled
+from ..sdf.closest import ClosestPoints
 from .checked import checked_factor
 
 
-def tactile_residual(contacts: PadContacts, touching: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+@compiled
+def tactile_residual(distances: Any, jacobians: Any, touching: Any) -> Any:
     """Gaps of the touching pads [m], shape (N,), and their Jacobian, shape (N, 6).
 
     Args:
-        contacts: The pads' closest points at the pose in question.
+        distances: Signed distances of all pads' closest points at the pose in question [m], shape (K,).
+        jacobians: Their derivatives, shape (K, 6).
         touching: Indices of the pads that report contact, shape (N,).
     """
-    distances = contacts.distances[touching]
-    outside = distances > 0
-    return np.maximum(0.0, distances), contacts.jacobians[touching] * outside[:, None]
+    residual = np.zeros(len(touching))
+    jacobian = np.zeros((len(touching), 6))
+    for n, k in enumerate(touching):
+        if distances[k] > 0:
+            residual[n] = distances[k]
+            jacobian[n] = jacobians[k]
+    return residual, jacobian
 
 
 def tactile_factor(
@@ -49,7 +56,8 @@ def tactile_factor(
     def error(
         factor: gtsam.CustomFactor, values: gtsam.Values, jacobians: list[Any] | None
     ) -> np.ndarray:
-        residual, jacobian = tactile_residual(closest.at(values.atPose3(key)), touching)
+        contacts = closest.at(values.atPose3(key))
+        residual, jacobian = tactile_residual(contacts.distances, contacts.jacobians, touching)
         if jacobians is not None:
             jacobians[0] = jacobian
         return residual

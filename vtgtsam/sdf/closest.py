@@ -11,7 +11,7 @@ import numpy as np
 
 from ..pads import PadSet
 from .grid import GridSdf
-from .search import closest_on_pads
+from .search import closest_on_pads, points_in_world
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,7 +43,7 @@ class ClosestPoints:
     def __init__(self, pads: PadSet, sdf: GridSdf) -> None:
         count = len(pads)
         self._pads = pads
-        self._grid = (sdf.values, sdf.lower, sdf.scale, sdf.lipschitz, sdf.largest)
+        self._grid = (sdf.values, sdf.lower, sdf.scale, _lipschitz(sdf), sdf.largest)
         self._points = (
             pads.points_p,
             np.ascontiguousarray(pads.points_p.T, dtype=np.float32),
@@ -57,6 +57,7 @@ class ClosestPoints:
             pads.offsets[:-1].copy(),
             np.zeros((count, 3, 3)),
             np.full((count, 3), np.inf),
+            np.zeros(count, dtype=bool),
         )
         self._all = np.ones(count, dtype=bool)
         self._wanted = self._all
@@ -94,10 +95,7 @@ class ClosestPoints:
 
     def points_w(self, contacts: PadContacts) -> np.ndarray:
         """The closest points in the world frame [m], shape (K, 3); NaN for a pad that was left out."""
-        points_p = self._pads.points_p[contacts.indices]
-        points_w = np.einsum("kij,kj->ki", self._T_wp[:, :3, :3], points_p) + self._T_wp[:, :3, 3]
-        points_w[contacts.indices < 0] = np.nan
-        return points_w
+        return points_in_world(self._T_wp, self._pads.points_p, contacts.indices)  # type: ignore[no-any-return]
 
     def _search(self, T_wo: np.ndarray, wanted: np.ndarray) -> PadContacts:
         return PadContacts(
@@ -110,6 +108,11 @@ class ClosestPoints:
                 *self._memory,
             )
         )
+
+
+def _lipschitz(sdf: GridSdf) -> np.ndarray:
+    """Lipschitz constants inside the grid and anywhere, shape (2,)."""
+    return np.array([sdf.lipschitz, np.hypot(sdf.lipschitz, 1.0)])
 
 
 def _box_corners(points: np.ndarray) -> np.ndarray:

@@ -10,7 +10,6 @@ agree with it (it jumps between cells). Outside the grid, as in the paper (secti
 
 from __future__ import annotations
 
-import math
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -18,7 +17,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..exceptions import MeshError
-from .kernels import value_and_gradient_at, value_at
+from .kernels import steepest, value_and_gradient_at, value_at
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -60,15 +59,8 @@ class GridSdf:
 
     @cached_property
     def lipschitz(self) -> float:
-        """Most that the distance changes per metre, inside and outside the grid.
-
-        In a cell each component of the gradient is between the slopes of the cell's edges; outside, the clamped
-        axes are replaced by a unit vector.
-        """
-        slopes = [
-            np.abs(np.diff(self.values, axis=axis)).max() * self.scale[axis] for axis in range(3)
-        ]
-        return math.sqrt(1.0 + sum(float(slope) ** 2 for slope in slopes))
+        """Most that the distance changes per metre inside the grid; outside it is ``hypot(lipschitz, 1)``."""
+        return float(steepest(self.values, self.scale))
 
     @cached_property
     def largest(self) -> float:

@@ -25,19 +25,27 @@ def trilinear(values: Any, lower: Any, scale: Any, x: float, y: float, z: float)
     whose derivative drops the clamped axes of the first term and adds the unit vector of x - c.
     """
     nx, ny, nz = values.shape
-    ux, uy, uz = (x - lower[0]) * scale[0], (y - lower[1]) * scale[1], (z - lower[2]) * scale[2]
-    if not (np.isfinite(ux) and np.isfinite(uy) and np.isfinite(uz)):
+    u, v, w = (x - lower[0]) * scale[0], (y - lower[1]) * scale[1], (z - lower[2]) * scale[2]
+    if 0.0 <= u < nx - 1 and 0.0 <= v < ny - 1 and 0.0 <= w < nz - 1:
+        return in_cell(values, scale, int(u), int(v), int(w), u, v, w)
+    if not (np.isfinite(u) and np.isfinite(v) and np.isfinite(w)):
         return np.nan, np.nan, np.nan, np.nan
 
-    # In cells: the clamped coordinate, its cell, and the place inside the cell.
-    cx, cy, cz = (
-        min(max(ux, 0.0), nx - 1.0),
-        min(max(uy, 0.0), ny - 1.0),
-        min(max(uz, 0.0), nz - 1.0),
-    )
-    i, j, k = min(int(cx), nx - 2), min(int(cy), ny - 2), min(int(cz), nz - 2)
-    fx, fy, fz = cx - i, cy - j, cz - k
+    cu, cv, cw = min(max(u, 0.0), nx - 1.0), min(max(v, 0.0), ny - 1.0), min(max(w, 0.0), nz - 1.0)
+    i, j, k = min(int(cu), nx - 2), min(int(cv), ny - 2), min(int(cw), nz - 2)
+    phi, gx, gy, gz = in_cell(values, scale, i, j, k, cu, cv, cw)
+    dx, dy, dz = (u - cu) / scale[0], (v - cv) / scale[1], (w - cw) / scale[2]
+    outside = np.sqrt(dx * dx + dy * dy + dz * dz)
+    gx = dx / outside if cu != u else gx
+    gy = dy / outside if cv != v else gy
+    gz = dz / outside if cw != w else gz
+    return phi + outside, gx, gy, gz
 
+
+@compiled
+def in_cell(values: Any, scale: Any, i: int, j: int, k: int, u: float, v: float, w: float) -> Any:
+    """Trilinear value and its derivative [per metre] in cell (i, j, k), at (u, v, w) cells from the first node."""
+    fx, fy, fz = u - i, v - j, w - k
     v000, v001 = np.float64(values[i, j, k]), np.float64(values[i, j, k + 1])
     v010, v011 = np.float64(values[i, j + 1, k]), np.float64(values[i, j + 1, k + 1])
     v100, v101 = np.float64(values[i + 1, j, k]), np.float64(values[i + 1, j, k + 1])
@@ -53,15 +61,26 @@ def trilinear(values: Any, lower: Any, scale: Any, x: float, y: float, z: float)
     dz0 = (v001 - v000) + fy * ((v011 - v010) - (v001 - v000))
     dz1 = (v101 - v100) + fy * ((v111 - v110) - (v101 - v100))
     gz = (dz0 + fx * (dz1 - dz0)) * scale[2]
-
-    if cx != ux or cy != uy or cz != uz:
-        dx, dy, dz = (ux - cx) / scale[0], (uy - cy) / scale[1], (uz - cz) / scale[2]
-        outside = np.sqrt(dx * dx + dy * dy + dz * dz)
-        phi += outside
-        gx = dx / outside if cx != ux else gx
-        gy = dy / outside if cy != uy else gy
-        gz = dz / outside if cz != uz else gz
     return phi, gx, gy, gz
+
+
+@compiled
+def steepest(values: Any, scale: Any) -> float:
+    """Bound of the gradient's norm in all cells: each component is between the slopes of the cell's edges."""
+    nx, ny, nz = values.shape
+    most = 0.0
+    for i in range(nx - 1):
+        for j in range(ny - 1):
+            for k in range(nz - 1):
+                ex = ey = ez = np.float32(0)
+                for a in range(2):
+                    for b in range(2):
+                        ex = max(ex, abs(values[i + 1, j + a, k + b] - values[i, j + a, k + b]))
+                        ey = max(ey, abs(values[i + a, j + 1, k + b] - values[i + a, j, k + b]))
+                        ez = max(ez, abs(values[i + a, j + b, k + 1] - values[i + a, j + b, k]))
+                gx, gy, gz = ex * scale[0], ey * scale[1], ez * scale[2]
+                most = max(most, gx * gx + gy * gy + gz * gz)
+    return np.sqrt(most) * (1 + 1e-6)  # type: ignore[no-any-return]  # float32 differences
 
 
 @compiled
@@ -83,4 +102,3 @@ def value_and_gradient_at(values: Any, lower: Any, scale: Any, points: Any) -> A
         distances[n] = phi
         gradients[n, 0], gradients[n, 1], gradients[n, 2] = gx, gy, gz
     return distances, gradients
-

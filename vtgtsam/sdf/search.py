@@ -33,7 +33,7 @@ def closest_on_pads(
     values: Any,
     lower: Any,
     scale: Any,
-    lipschitz: float,
+    lipschitz: Any,
     largest: float,
     T_wo: Any,
     T_wp: Any,
@@ -47,6 +47,7 @@ def closest_on_pads(
     last: Any,
     seen_R: Any,
     seen_t: Any,
+    seen_inside: Any,
 ) -> Any:
     """Grid point of least distance on each pad, at one object pose.
 
@@ -54,7 +55,7 @@ def closest_on_pads(
         values: Distances at the grid's nodes, and with the next two the grid (see ``kernels``).
         lower: Position of the first node.
         scale: Cells per metre.
-        lipschitz: Lipschitz constant of the field, inside and outside the grid.
+        lipschitz: Lipschitz constants of the field, inside the grid and anywhere, (2,).
         largest: Largest absolute value of a node.
         T_wo: Object pose, (4, 4).
         T_wp: Pad poses, (K, 4, 4).
@@ -68,6 +69,7 @@ def closest_on_pads(
         last: Memory: the last closest points, (K,).
         seen_R: Memory: rotation of T_op that ``near`` belongs to, (K, 3, 3).
         seen_t: Memory: its translation, (K, 3); infinite where there is none yet.
+        seen_inside: Memory: whether all the pad's points were inside the grid there, (K,).
 
     Returns:
         Distances (K,), Jacobians for a right perturbation of T_wo (K, 6), indices into points_p (K,). Of equal
@@ -81,8 +83,10 @@ def closest_on_pads(
     for k in range(count):
         begin, end = offsets[k], offsets[k + 1]
         R, t = relative_pose(T_wo, T_wp[k])
-        rounding = rounding_bound(R, t, lower, largest, lipschitz, corners[k])
-        moved = lipschitz * displacement(R, t, seen_R[k], seen_t[k], corners[k]) + rounding
+        rounding = rounding_bound(R, t, lower, largest, lipschitz[1], corners[k])
+        inside = is_inside(values.shape, lower, scale, R, t, corners[k])
+        slope = lipschitz[0] if inside and seen_inside[k] else lipschitz[1]
+        moved = slope * displacement(R, t, seen_R[k], seen_t[k], corners[k]) + rounding
         if not wanted[k] and least[k] > moved:
             continue
         limit = np.inf
@@ -92,8 +96,8 @@ def closest_on_pads(
             bound = trilinear(values, lower, scale, x, y, z)[0]
             limit = moved + (bound if wanted[k] else min(bound, 0.0))
         if count_up_to(near, begin, end, limit) * LOOK_AGAIN > end - begin:
-            least[k] = look(values, lower, scale, R, t, points32, begin, end, corners[k], near)
-            seen_R[k], seen_t[k] = R, t
+            least[k] = look(values, lower, scale, R, t, points32, begin, end, inside, near)
+            seen_R[k], seen_t[k], seen_inside[k] = R, t, inside
             if not wanted[k] and least[k] > rounding:
                 continue
             limit = least[k] + 2 * rounding
@@ -141,6 +145,17 @@ def transform(R: Any, t: Any, p: Any) -> Any:
 
 
 @compiled
+def points_in_world(T_wp: Any, points_p: Any, indices: Any) -> Any:
+    """Point ``indices[k]`` of pad k in the world (K, 3); NaN where the index is -1."""
+    points_w = np.full((len(indices), 3), np.nan)
+    for k in range(len(indices)):
+        if indices[k] >= 0:
+            x, y, z = transform(T_wp[k], T_wp[k, :, 3], points_p[indices[k]])
+            points_w[k, 0], points_w[k, 1], points_w[k, 2] = x, y, z
+    return points_w
+
+
+@compiled
 def displacement(R: Any, t: Any, seen_R: Any, seen_t: Any, corners: Any) -> float:
     """Most that a point inside the box of ``corners`` moved between two poses [m].
 
@@ -154,6 +169,19 @@ def displacement(R: Any, t: Any, seen_R: Any, seen_t: Any, corners: Any) -> floa
         a, b, d = transform(seen_R, seen_t, corners[c])
         most = max(most, (x - a) ** 2 + (y - b) ** 2 + (z - d) ** 2)
     return np.sqrt(most)  # type: ignore[no-any-return]
+
+
+@compiled
+def is_inside(shape: Any, lower: Any, scale: Any, R: Any, t: Any, corners: Any) -> bool:
+    """Whether the box of ``corners`` is in the grid, by 0.01 cells: more than single precision can be wrong."""
+    inside = True
+    for c in range(len(corners)):
+        x, y, z = transform(R, t, corners[c])
+        u, v, w = (x - lower[0]) * scale[0], (y - lower[1]) * scale[1], (z - lower[2]) * scale[2]
+        inside &= 0.01 < u < shape[0] - 1.01
+        inside &= 0.01 < v < shape[1] - 1.01
+        inside &= 0.01 < w < shape[2] - 1.01
+    return inside
 
 
 @compiled
@@ -196,25 +224,17 @@ def look(
     points32: Any,
     begin: int,
     end: int,
-    corners: Any,
+    inside: bool,
     near: Any,
 ) -> float:
     """Single-precision distances of points [begin, end) into ``near``; returns the least."""
     shape = values.shape
     A = np.empty((3, 3), np.float32)  # metres in the pad's frame to cells
     b = np.empty(3, np.float32)
-    inside = True
     for i in range(3):
         for j in range(3):
             A[i, j] = R[i, j] * scale[i]
         b[i] = (t[i] - lower[i]) * scale[i]
-    for c in range(len(corners)):
-        x, y, z = transform(R, t, corners[c])
-        u, v, w = (x - lower[0]) * scale[0], (y - lower[1]) * scale[1], (z - lower[2]) * scale[2]
-        # 0.01 cells: no rounding takes a point over the edge of the values
-        inside &= 0.01 < u < shape[0] - 1.01
-        inside &= 0.01 < v < shape[1] - 1.01
-        inside &= 0.01 < w < shape[2] - 1.01
     flat = values.ravel()
     if inside:
         look_inside(flat, shape[1], shape[2], A, b, points32, begin, end, near)

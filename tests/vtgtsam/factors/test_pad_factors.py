@@ -37,21 +37,27 @@ def test_a_gap_pulls_and_a_penetration_pushes():
     gap = facing_pad(0.004).at(gtsam.Pose3())
     depth = facing_pad(-0.004).at(gtsam.Pose3())
     touching = np.array([0])
-    assert tactile_residual(gap, touching)[0] == pytest.approx(0.004, abs=voxel**2 / RADIUS)
-    assert penetration_residual(gap)[0] == 0
-    assert tactile_residual(depth, touching)[0] == 0
-    assert penetration_residual(depth)[0] == pytest.approx(-0.004, abs=voxel**2 / RADIUS)
+    assert tactile_residual(gap.distances, gap.jacobians, touching)[0] == pytest.approx(
+        0.004, abs=voxel**2 / RADIUS
+    )
+    assert penetration_residual(gap.distances, gap.jacobians)[0] == 0
+    assert tactile_residual(depth.distances, depth.jacobians, touching)[0] == 0
+    assert penetration_residual(depth.distances, depth.jacobians)[0] == pytest.approx(
+        -0.004, abs=voxel**2 / RADIUS
+    )
 
 
 def test_moving_the_object_towards_the_pad_closes_the_gap():
-    _, J = tactile_residual(facing_pad(0.004).at(gtsam.Pose3()), np.array([0]))
+    gap = facing_pad(0.004).at(gtsam.Pose3())
+    _, J = tactile_residual(gap.distances, gap.jacobians, np.array([0]))
     np.testing.assert_allclose(J[0, 5], -1, atol=0.01)  # the object's +z is towards the pad
     np.testing.assert_allclose(J[0, 3:5], 0, atol=0.05)
 
 
 def test_rows_without_residual_have_no_jacobian():
-    _, J_tac = tactile_residual(facing_pad(-0.004).at(gtsam.Pose3()), np.array([0]))
-    _, J_pen = penetration_residual(facing_pad(0.004).at(gtsam.Pose3()))
+    depth, gap = facing_pad(-0.004).at(gtsam.Pose3()), facing_pad(0.004).at(gtsam.Pose3())
+    _, J_tac = tactile_residual(depth.distances, depth.jacobians, np.array([0]))
+    _, J_pen = penetration_residual(gap.distances, gap.jacobians)
     assert not J_tac.any() and not J_pen.any()
 
 

@@ -1,0 +1,92 @@
+# SPDX-License-Identifier: MIT
+"""A frame's factor graph over the one pose ``OBJECT``; what no frame changes is made once."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import gtsam
+from gtsam.symbol_shorthand import X
+
+from .config import EstimatorConfig, VisualWeight
+from .factors.noise import isotropic, pose_noise, welsch_of_each, welsch_of_norm
+from .factors.penetration import penetration_factor
+from .factors.tactile import tactile_factor
+from .factors.visual import visual_factor
+from .frame import Frame
+from .sdf.closest import ClosestPoints
+
+OBJECT = X(0)  # key of the object pose T_wo
+
+
+@dataclass(frozen=True, eq=False)
+class FrameGraph:
+    """One frame's factors.
+
+    Attributes:
+        visual: The visual factor, or None where the frame has no visual pose.
+        hand: Tactile and penetration factors, those that the method and the frame have.
+    """
+
+    visual: gtsam.NonlinearFactor | None
+    hand: tuple[gtsam.NonlinearFactor, ...]
+
+    @property
+    def factors(self) -> tuple[gtsam.NonlinearFactor, ...]:
+        """All factors."""
+        return self.hand if self.visual is None else (self.visual, *self.hand)
+
+
+class GraphBuilder:
+    """Makes each frame's factors.
+
+    Args:
+        closest: The search that the pad factors share, to be placed at each frame's pads.
+        pads: Number of pads K.
+        config: Method, weights and losses.
+    """
+
+    def __init__(self, closest: ClosestPoints, pads: int, config: EstimatorConfig) -> None:
+        self._closest = closest
+        self._config = config
+        self._visual_noise = self._robust_pose_noise(config.visual_weights)
+        self._tactile_noise = [
+            welsch_of_each(isotropic(count, config.w_tac), config.log_theta_tac)
+            for count in range(1, pads + 1)
+        ]
+        self._penetration = penetration_factor(OBJECT, closest, isotropic(pads, config.w_pen))
+
+    def build(self, frame: Frame) -> FrameGraph:
+        """The frame's factors; ``closest`` must have been placed at the frame's pads."""
+        visual = None
+        if frame.T_wo_visual is not None:
+            noise = self._visual_noise
+            if frame.visual_sigma is not None:
+                noise = self._robust_pose_noise(visual_weights(frame, self._config))
+            visual = visual_factor(OBJECT, frame.T_wo_visual, noise)
+        hand: list[gtsam.NonlinearFactor] = []
+        touching = len(frame.touching)
+        if self._config.method == "vis+tac+pen" and touching:
+            noise = self._tactile_noise[touching - 1]
+            hand.append(tactile_factor(OBJECT, frame.touching, self._closest, noise))
+        if self._config.method != "vis":
+            hand.append(self._penetration)
+        return FrameGraph(visual, tuple(hand))
+
+    def _robust_pose_noise(self, weights: VisualWeight) -> gtsam.noiseModel.Robust:
+        return welsch_of_norm(pose_noise(*weights), self._config.log_theta_vis)
+
+
+def visual_weights(frame: Frame, config: EstimatorConfig) -> VisualWeight:
+    """The frame's visual weights: the configured ones, or 1 / sigma^2 where the frame brings its own."""
+    if frame.visual_sigma is None:
+        return config.visual_weights
+    return VisualWeight(*(1.0 / sigma**2 for sigma in frame.visual_sigma))
+
+
+def as_graph(factors: tuple[gtsam.NonlinearFactor, ...]) -> gtsam.NonlinearFactorGraph:
+    """The factors as a graph."""
+    graph = gtsam.NonlinearFactorGraph()
+    for factor in factors:
+        graph.push_back(factor)
+    return graph
