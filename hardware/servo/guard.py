@@ -1,0 +1,122 @@
+# SPDX-License-Identifier: MIT
+"""What must stop the hand: judged in every cycle, from that cycle's answers."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+from .bus import Bus, SyncRead
+from .description import Joint
+from .errors import BusError, ServoError
+from .setup import describe_error
+from .state import HandState, StateTracker
+
+log = logging.getLogger(__name__)
+
+MAX_MISSES = 5  # cycles in a row without an answer
+MAX_LOST_GOALS = 3  # cycles in a row in which a servo shows another goal than the last one sent
+WARM, HOT = 60.0, 68.0  # [degrees Celsius]; the servo itself stops at 70
+
+
+@dataclass
+class Trouble:
+    """Why the hand must stop."""
+
+    alerts: list[Joint] = field(default_factory=list)
+    silent: list[Joint] = field(default_factory=list)
+    reasons: list[str] = field(default_factory=list)
+
+    def __bool__(self) -> bool:
+        return bool(self.alerts or self.silent or self.reasons)
+
+    def describe(self, bus: Bus) -> str:
+        """In words, after asking the servos concerned; torque should be off by then."""
+        words = [_describe_alert(bus, joint.id) for joint in self.alerts] + self.reasons
+        if self.silent:
+            words.append(_describe_silence(bus, self.silent))
+        return "; ".join(words)
+
+
+class Guard:
+    """Judges cycles."""
+
+    def __init__(self, joints: Sequence[Joint]) -> None:
+        self._joints = tuple(joints)
+        self._lost_goals = [0] * len(joints)
+        self._warned: set[int] = set()
+
+    def judge(
+        self, read: SyncRead, state: HandState, tracker: StateTracker, sent: Mapping[int, int]
+    ) -> Trouble:
+        """What is wrong after this cycle.
+
+        Args:
+            read: The cycle's answers.
+            state: The state made of them.
+            tracker: What is known of the joints.
+            sent: Goals the servos must show [ticks], by servo id.
+        """
+        trouble = Trouble()
+        for index, joint in enumerate(self._joints):
+            answer = read.answers.get(joint.id)
+            if answer is not None and answer.alert:
+                trouble.alerts.append(joint)
+            if tracker.misses[index] >= MAX_MISSES:
+                trouble.silent.append(joint)
+            if tracker.restarted[index]:
+                trouble.reasons.append(
+                    f"{joint.label} restarted by itself: is the supply strong enough?"
+                )
+            if self._goal_lost(index, tracker, sent):
+                trouble.reasons.append(
+                    f"{joint.label} does not take its goals: did its watchdog stop it?"
+                )
+            if self._hot(joint, float(state.temperatures[index])):
+                trouble.reasons.append(f"{joint.label} is hotter than {HOT:.0f} degrees")
+        return trouble
+
+    def _goal_lost(self, index: int, tracker: StateTracker, sent: Mapping[int, int]) -> bool:
+        """Whether a servo has shown another goal than the one sent for too many cycles."""
+        if tracker.misses[index] == 0:
+            servo_id = self._joints[index].id
+            lost = servo_id in sent and tracker.goals[servo_id] != sent[servo_id]
+            self._lost_goals[index] = self._lost_goals[index] + 1 if lost else 0
+        return self._lost_goals[index] >= MAX_LOST_GOALS
+
+    def _hot(self, joint: Joint, degrees: float) -> bool:
+        """Whether it is too hot; warns once before."""
+        if degrees >= WARM and joint.id not in self._warned:
+            self._warned.add(joint.id)
+            log.warning("%s is %.0f degrees warm; it stops at %.0f", joint.label, degrees, HOT)
+        return degrees >= HOT
+
+
+def _describe_alert(bus: Bus, servo_id: int) -> str:
+    try:
+        return describe_error(bus, servo_id, bus.read(servo_id, "hardware_error_status"))
+    except (BusError, ServoError):
+        return f"{bus.label(servo_id)} reports a hardware error"
+
+
+def _describe_silence(bus: Bus, silent: Sequence[Joint]) -> str:
+    """Whose silence it is: in a cycle, servos asked after an absent one are silent as well."""
+    absent = [joint for joint in silent if not _answers(bus, joint.id)]
+    if not absent:
+        return f"answers of {_labels(silent)} came damaged or late in {MAX_MISSES} cycles in a row"
+    text = f"no answer from {_labels(absent)} in {MAX_MISSES} cycles: check cable and power"
+    others = [joint for joint in silent if joint not in absent]
+    return f"{text} (it silenced {_labels(others)} as well)" if others else text
+
+
+def _answers(bus: Bus, servo_id: int) -> bool:
+    try:
+        bus.ping(servo_id, attempts=2)
+    except BusError:
+        return False
+    return True
+
+
+def _labels(joints: Sequence[Joint]) -> str:
+    return ", ".join(joint.label for joint in joints)

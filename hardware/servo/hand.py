@@ -1,0 +1,216 @@
+# SPDX-License-Identifier: MIT
+"""The hand as joints in radians, and the rules that keep fingers and servos whole.
+
+    with Hand(load_description("isyhand"), "/dev/serial/by-id/...") as hand:
+        hand.configure()
+        hand.enable()
+        while closing:
+            state = hand.state()
+            hand.command({"index_proximal": state.positions[4] + 0.02})
+
+Torque goes off on the way out of the block, whatever the reason, and as soon as a cycle shows a
+servo in trouble. Against what Python cannot see (kill -9, a hang, a pulled cable) every servo has
+its own watchdog. SIGTERM ends Python without leaving the block: see ``hardware.stop_signals``.
+"""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Iterable, Mapping
+from typing import NoReturn
+
+from numpy.typing import ArrayLike
+
+from . import command, setup, torque
+from .bus import Bus
+from .description import HandDescription
+from .errors import BusError, CommandError, NoAnswerError, ServoError, TorqueError
+from .guard import MAX_MISSES, Guard, Trouble
+from .state import STATE, HandState, StateTracker
+
+_OUTSIDE = 0.1  # [rad], how far outside its limits a joint may stand when torque goes on
+_BOOT_ATTEMPTS = 40  # pings of 50 ms; a servo restarts in about 0.3 s
+
+
+class Hand:
+    """A hand's servos behind a port; a context manager. Methods may be called from any thread.
+
+    Args:
+        description: The built hand.
+        path: Its serial port.
+
+    Raises:
+        BusError: The port cannot be opened, or servos are missing or of another kind.
+    """
+
+    def __init__(self, description: HandDescription, path: str) -> None:
+        self.description = description
+        self._joints = {joint.name: joint for joint in description.joints}
+        self._ids = [joint.id for joint in description.joints]
+        self._lock = threading.RLock()
+        self._guard = Guard(description.joints)
+        self._tracker = StateTracker(description.joints, description.check_clocks)
+        self._configured = False
+        self._enabled = False
+        self._torque_known_off = False  # another program may have left it on
+        self._sent: dict[int, int] = {}  # goals [ticks] that the servos must show, by servo id
+        names = {joint.id: joint.name for joint in description.joints}
+        self.bus = Bus(path, description.baud, names)
+        try:
+            setup.check_servos(self.bus, description.joints)
+        except BaseException:
+            self.bus.close()
+            raise
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """Names of the joints, in the order of all arrays."""
+        return self.description.joint_names
+
+    @property
+    def enabled(self) -> bool:
+        """Whether torque is on and commands are taken."""
+        return self._enabled
+
+    def __enter__(self) -> Hand:
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        try:
+            if not self._torque_known_off:
+                self.off()
+        finally:
+            self.bus.close()
+
+    def configure(self) -> None:
+        """Torque off; modes, gains, caps and limits as the description has them.
+
+        Raises:
+            ServoError: A servo reports a hardware error or does not keep a value.
+        """
+        with self._lock:
+            self.off()
+            self._configured = False
+            setup.configure(self.bus, self.description)
+            self._tracker.forget_clocks()
+            self._configured = True
+
+    def enable(self) -> None:
+        """Torque on, with every joint told to stay where it is.
+
+        Raises:
+            ServoError: The hand is not configured, or a joint stands outside its limits.
+        """
+        with self._lock:
+            if not self._configured:
+                raise ServoError("call configure() before enable()")
+            self._check_standing(self._complete_state())
+            self._torque_known_off = False
+            try:
+                torque.turn_on(self.bus, self._ids, self.description.watchdog)
+            except BaseException:
+                self.off()
+                raise
+            self._enabled = True
+
+    def state(self) -> HandState:
+        """Read all joints, once; a servo that does not answer keeps its last values and ages.
+
+        Raises:
+            ServoError: A servo is in trouble, or silent for five cycles; torque is off everywhere.
+            BusError: The port is gone; a TorqueError where torque may still be on.
+        """
+        with self._lock:
+            try:
+                read = self.bus.sync_read(self._ids, STATE)
+            except BusError:
+                if not self._torque_known_off:
+                    self.off()
+                raise
+            state = self._tracker.update(read)
+            if trouble := self._guard.judge(read, state, self._tracker, self._sent):
+                self._stop(trouble)
+            return state
+
+    def command(self, positions: Mapping[str, float] | ArrayLike) -> None:
+        """Send goal positions. Nothing is sent where one of them breaks a rule.
+
+        Args:
+            positions: Angles [rad], by joint name (those left out keep their goals) or an array in
+                the order of ``joint_names``, shape (J,).
+
+        Raises:
+            CommandError: Torque is off; a name is unknown; an angle is no number, outside its
+                limits, or too far from where the joint is; or that is known too long ago (0.1 s).
+        """
+        with self._lock:
+            if not self._enabled:
+                raise CommandError("torque is off: call enable() first")
+            angles = command.by_joint(self.description, positions)
+            command.check(self.description, self._tracker, angles, time.monotonic())
+            joints = [self._joints[name] for name in angles]
+            goals = {joint.id: joint.ticks(angles[joint.name]) for joint in joints}
+            self.bus.sync_write("goal_position", goals)
+            self._sent |= goals
+
+    def off(self) -> None:
+        """Torque off everywhere, and see that it is.
+
+        Raises:
+            TorqueError: It is not certain for some joints; they are named.
+        """
+        with self._lock:
+            self._enabled = False
+            self._sent.clear()
+            try:
+                torque.turn_off(self.bus, self._ids)
+            except (KeyboardInterrupt, SystemExit):  # a signal must not stop this halfway
+                torque.turn_off(self.bus, self._ids)
+                raise
+            self._torque_known_off = True
+
+    def reboot(self, names: Iterable[str]) -> None:
+        """Restart servos after a hardware error; the hand must then be configured anew.
+
+        Raises:
+            NoAnswerError: A servo did not come back.
+        """
+        with self._lock:
+            self.off()
+            self._configured = False
+            ids = [self._joints[name].id for name in names]
+            for servo_id in ids:
+                self.bus.reboot(servo_id)
+            for servo_id in ids:
+                self.bus.ping(servo_id, attempts=_BOOT_ATTEMPTS)
+
+    def _complete_state(self) -> HandState:
+        """A state in which every joint has just answered."""
+        for _ in range(MAX_MISSES):
+            state = self.state()
+            if not state.ages.any():
+                return state
+        raise NoAnswerError(f"not all joints answered in any of {MAX_MISSES} cycles")
+
+    def _check_standing(self, state: HandState) -> None:
+        """ServoError where a joint stands where no joint of this hand can."""
+        wrong = []
+        for joint, angle in zip(self.description.joints, state.positions, strict=True):
+            low, high = joint.limits
+            if not low - _OUTSIDE <= angle <= high + _OUTSIDE:
+                wrong.append(f"{joint.label} stands at {angle:.2f} rad, limits {low} to {high}")
+        if wrong:
+            raise ServoError(
+                f"{'; '.join(wrong)}: move it by hand, or correct sign and zero in the hand's file "
+                "(a whole turn too far is gone after a reboot)"
+            )
+
+    def _stop(self, trouble: Trouble) -> NoReturn:
+        """Torque off first, then say why."""
+        self._configured = False
+        try:
+            self.off()
+        except TorqueError as error:
+            raise TorqueError(f"{trouble.describe(self.bus)}; {error}") from error
+        raise ServoError(f"{trouble.describe(self.bus)}; torque is off")

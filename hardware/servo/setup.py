@@ -1,0 +1,145 @@
+# SPDX-License-Identifier: MIT
+"""Bringing servos into the state the hand needs: who is there, and which registers hold what."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Mapping, Sequence
+
+from .bus import Bus
+from .codec import Block, from_si, register
+from .description import HandDescription, Joint
+from .errors import BusError, NoAnswerError, ServoError
+from .table import CAREFUL_SHUTDOWN, CURRENT_BASED_POSITION, HARDWARE_ERRORS, MODEL
+
+log = logging.getLogger(__name__)
+
+_ATTEMPTS = 3
+_PATIENCE = 0.05  # [s]
+
+
+def check_servos(bus: Bus, joints: Sequence[Joint]) -> None:
+    """See that every joint's servo is there and is an XL330-M288-T.
+
+    Raises:
+        BusError: Some are not; all of them are named.
+    """
+    # A servo set to answer reads only would look as if it ignored every write.
+    bus.sync_write("status_return_level", {joint.id: 2 for joint in joints})
+    silent, strange = [], []
+    for joint in joints:
+        try:
+            model, _ = bus.ping(joint.id)
+        except NoAnswerError:
+            silent.append(joint.label)
+            continue
+        if model != MODEL:
+            strange.append(f"{joint.label} is model {model}, not an XL330-M288-T ({MODEL})")
+    if len(silent) == len(joints):
+        raise BusError(
+            f"no servo answers on {bus.path} at {bus.baud} baud: is the hand's power on, the right "
+            "port given, and the baud rate in its file the servos'?"
+        )
+    if silent:
+        strange.insert(0, f"no answer from {', '.join(silent)}: check their cables and ids")
+    if strange:
+        raise BusError("; ".join(strange))
+
+
+def settings(description: HandDescription) -> dict[str, dict[int, int]]:
+    """Counts that registers must have, by register name and servo id, in the order of writing.
+
+    EEPROM comes first: a change of the operating mode resets gains and caps. The current limit is
+    the joint's cap as well, so that not even a servo that restarts may draw more.
+    """
+    joints = description.joints
+    caps = {joint.id: from_si("current_limit", joint.current) for joint in joints}
+
+    def everywhere(count: int) -> dict[int, int]:
+        return {joint.id: count for joint in joints}
+
+    return {
+        "return_delay_time": everywhere(0),
+        "drive_mode": everywhere(0),
+        "operating_mode": everywhere(CURRENT_BASED_POSITION),
+        "secondary_id": everywhere(255),
+        "homing_offset": everywhere(
+            0
+        ),  # zeros are in the hand's file; offsets confuse the watchdog
+        "startup_configuration": everywhere(0),
+        "shutdown": everywhere(CAREFUL_SHUTDOWN),
+        "current_limit": caps,
+        "bus_watchdog": everywhere(0),  # ends a trip, which locks goals
+        "position_d_gain": {joint.id: joint.gains.D for joint in joints},
+        "position_i_gain": {joint.id: joint.gains.I for joint in joints},
+        "position_p_gain": {joint.id: joint.gains.P for joint in joints},
+        "feedforward_2nd_gain": everywhere(0),
+        "feedforward_1st_gain": everywhere(0),
+        "goal_current": caps,
+        "profile_acceleration": everywhere(0),
+        "profile_velocity": everywhere(from_si("profile_velocity", description.max_speed)),
+    }
+
+
+def configure(bus: Bus, description: HandDescription) -> None:
+    """Torque off, then write what differs, then read all of it back.
+
+    Raises:
+        ServoError: A servo reports a hardware error, refuses a value, or does not keep it.
+    """
+    ids = [joint.id for joint in description.joints]
+    for servo_id in ids:
+        bus.write(servo_id, "torque_enable", 0)
+    refuse_hardware_errors(bus, ids)
+    wanted = settings(description)
+    for name, counts in wanted.items():
+        for servo_id, count in read_all(bus, ids, name).items():
+            if count != counts[servo_id]:
+                bus.write(servo_id, name, counts[servo_id])
+                if register(name).eeprom:
+                    change = f"{name} was {count}, now {counts[servo_id]}"
+                    log.warning("%s: %s, also after power off", bus.label(servo_id), change)
+    for name, counts in wanted.items():
+        _see(bus, name, read_all(bus, ids, name), counts)
+
+
+def refuse_hardware_errors(bus: Bus, ids: Sequence[int]) -> None:
+    """ServoError that names every servo with a hardware error and what it is."""
+    errors = read_all(bus, ids, "hardware_error_status")
+    if troubles := [describe_error(bus, i, bits) for i, bits in errors.items() if bits]:
+        raise ServoError(f"{'; '.join(troubles)}; find the cause, then reboot it")
+
+
+def describe_error(bus: Bus, servo_id: int, bits: int) -> str:
+    """A servo's hardware error in words."""
+    words = [text for bit, text in HARDWARE_ERRORS.items() if bits & 1 << bit] or [f"bits {bits}"]
+    return f"{bus.label(servo_id)} reports {' and '.join(words)}"
+
+
+def read_all(bus: Bus, ids: Sequence[int], name: str) -> dict[int, int]:
+    """One register of every servo.
+
+    Raises:
+        NoAnswerError: Some did not answer in three attempts; they are named.
+    """
+    block, counts = Block([name]), {}
+    for _ in range(_ATTEMPTS):
+        missing = [i for i in ids if i not in counts]
+        if not missing:
+            break
+        read = bus.sync_read(missing, block, patience=_PATIENCE)
+        counts |= {i: answer.values[name] for i, answer in read.answers.items()}
+    for servo_id in ids:  # an absent servo silences those asked after it
+        if servo_id not in counts:
+            counts[servo_id] = bus.read(servo_id, name)
+    return counts
+
+
+def _see(bus: Bus, name: str, present: Mapping[int, int], wanted: Mapping[int, int]) -> None:
+    wrong = [
+        f"{bus.label(i)} has {count} instead of {wanted[i]}"
+        for i, count in present.items()
+        if count != wanted[i]
+    ]
+    if wrong:
+        raise ServoError(f"{name} did not stay as written: {'; '.join(wrong)}")

@@ -1,0 +1,138 @@
+# SPDX-License-Identifier: MIT
+"""What is known of the joints after each cycle: the last good answer of every servo and its age."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from .bus import SyncRead
+from .clock import Freshness, ServoClock
+from .codec import Block, to_si
+from .description import Joint
+
+# All that matters in one piece: whether the last goal arrived, clock, motion, supply, heat.
+STATE = Block(
+    [
+        "goal_position",
+        "realtime_tick",
+        "moving",
+        "moving_status",
+        "present_pwm",
+        "present_current",
+        "present_velocity",
+        "present_position",
+        "velocity_trajectory",
+        "position_trajectory",
+        "present_input_voltage",
+        "present_temperature",
+    ]
+)
+
+
+@dataclass(frozen=True, eq=False)
+class HandState:
+    """The joints at one instant; arrays in the order of ``joint_names``, shape (J,).
+
+    A joint whose servo did not answer this cycle keeps its last values, and its age says so; one
+    that has never answered is NaN with age infinity.
+
+    Attributes:
+        time: The middle of the bus transaction, monotonic clock [s].
+        joint_names: Names of the joints.
+        positions: Angles [rad].
+        velocities: [rad/s].
+        currents: What the servos draw, positive where they push towards larger angles [A].
+        voltages: Supply at each servo [V].
+        temperatures: [degrees Celsius].
+        ages: How old each joint's values are at ``time`` [s]; 0 where it answered this cycle.
+    """
+
+    time: float
+    joint_names: tuple[str, ...]
+    positions: np.ndarray
+    velocities: np.ndarray
+    currents: np.ndarray
+    voltages: np.ndarray
+    temperatures: np.ndarray
+    ages: np.ndarray
+
+
+class StateTracker:
+    """Turns sync reads into states.
+
+    Attributes:
+        misses: How many cycles in a row each joint has had no good answer, shape (J,).
+        restarted: Whether each joint's servo has restarted unasked, shape (J,).
+        goals: Goal position each servo last reported [ticks], by servo id.
+    """
+
+    def __init__(self, joints: Sequence[Joint], check_clocks: bool) -> None:
+        self._joints = tuple(joints)
+        self._names = tuple(joint.name for joint in joints)
+        self._clocks = [ServoClock() for _ in joints] if check_clocks else None
+        self._values = np.full((5, len(joints)), np.nan)
+        self._answered = np.full(len(joints), -np.inf)
+        self.misses = np.zeros(len(joints), dtype=int)
+        self.restarted = np.zeros(len(joints), dtype=bool)
+        self.goals: dict[int, int] = {}
+
+    def forget_clocks(self) -> None:
+        """The servos may have been restarted on purpose."""
+        self.restarted[:] = False
+        for clock in self._clocks or ():
+            clock.forget()
+
+    def update(self, read: SyncRead) -> HandState:
+        """Take over one cycle's answers."""
+        for index, joint in enumerate(self._joints):
+            answer = read.answers.get(joint.id)
+            if answer is None or not self._fresh(index, answer.values["realtime_tick"], read):
+                self.misses[index] += 1
+                continue
+            self.misses[index] = 0
+            self._answered[index] = read.time
+            self.goals[joint.id] = answer.values["goal_position"]
+            self._values[:, index] = _in_si(joint, answer.values)
+        return self._state(read.time)
+
+    def age(self, index: int, now: float) -> float:
+        """How long ago a joint last answered [s]."""
+        return now - self._answered[index]
+
+    def position(self, index: int) -> float:
+        """Where a joint last was [rad]; NaN where it never answered."""
+        return float(self._values[0, index])
+
+    def _fresh(self, index: int, tick: int, read: SyncRead) -> bool:
+        if self._clocks is None:
+            return True
+        freshness = self._clocks[index].check(tick, read.start, read.end)
+        self.restarted[index] |= freshness is Freshness.RESTARTED
+        return freshness is Freshness.FRESH
+
+    def _state(self, time: float) -> HandState:
+        positions, velocities, currents, voltages, temperatures = self._values.copy()
+        return HandState(
+            time=time,
+            joint_names=self._names,
+            positions=positions,
+            velocities=velocities,
+            currents=currents,
+            voltages=voltages,
+            temperatures=temperatures,
+            ages=time - self._answered,
+        )
+
+
+def _in_si(joint: Joint, counts: dict[str, int]) -> tuple[float, float, float, float, float]:
+    """Position, velocity, current, voltage, temperature of a joint."""
+    return (
+        joint.angle(counts["present_position"]),
+        to_si("present_velocity", joint.sign * counts["present_velocity"]),
+        to_si("present_current", joint.sign * counts["present_current"]),
+        to_si("present_input_voltage", counts["present_input_voltage"]),
+        float(counts["present_temperature"]),
+    )

@@ -1,0 +1,145 @@
+# SPDX-License-Identifier: MIT
+"""The control table of the XL330-M288-T, as data.
+
+Source: ROBOTIS e-manual, "XL330-M288-T", sections "Control Table of EEPROM Area" and "Control Table
+of RAM Area", https://emanual.robotis.com/docs/en/dxl/x/xl330-m288/ . Which registers are signed is
+not in its tables but in the ranges it describes. Indirect registers (168 and up) are left out: all
+that is read in a cycle stands together.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+MODEL = 1200  # what an XL330-M288-T answers to a ping
+TICKS_PER_TURN = 4096
+CURRENT_BASED_POSITION = 5  # the operating mode in which Goal Current caps the current
+CAREFUL_SHUTDOWN = 53  # torque off on overload 32, electrical shock 16, overheating 4, voltage 1
+BAUD_CODES = {9600: 0, 57600: 1, 115200: 2, 1000000: 3, 2000000: 4, 3000000: 5, 4000000: 6}
+
+# Bits of hardware_error_status (70).
+HARDWARE_ERRORS = {
+    0: "input voltage",
+    2: "overheating",
+    3: "motor encoder",
+    4: "electrical shock or too little power",
+    5: "overload",
+}
+
+ALERT = 0x80  # bit of a status packet's error byte: hardware_error_status is not zero
+# The rest of the error byte (e-manual, "DYNAMIXEL Protocol 2.0", section "Error").
+STATUS_ERRORS = {
+    1: "could not do it",
+    2: "does not know the instruction",
+    3: "received it damaged",
+    4: "says the value is out of range",
+    5: "says the data has the wrong length",
+    6: "says the value is beyond a limit",
+    7: "does not allow access there now (some registers are locked while torque is on)",
+}
+
+
+@dataclass(frozen=True)
+class Register:
+    """One entry of the control table.
+
+    Attributes:
+        address: Address of its first byte.
+        size: Bytes, little-endian.
+        low: Least count; where it is negative, the register is signed.
+        high: Largest count.
+        initial: Count after delivery (EEPROM) or after power on (RAM).
+        scale: SI units (or degrees Celsius) of one count; 1 where a count has no unit.
+        writable: Whether it can be written at all.
+    """
+
+    address: int
+    size: int
+    low: int = 0
+    high: int = 0
+    initial: int = 0
+    scale: float = 1.0
+    writable: bool = True
+
+    @property
+    def signed(self) -> bool:
+        """Whether the bytes are a two's complement."""
+        return self.low < 0
+
+    @property
+    def eeprom(self) -> bool:
+        """Whether it survives power off; such registers wear out and are locked under torque."""
+        return self.address < 64
+
+
+def _read_only(address: int, size: int, scale: float = 1.0, signed: bool = False) -> Register:
+    low = -(1 << (8 * size - 1)) if signed else 0
+    return Register(address, size, low, low + (1 << 8 * size) - 1, scale=scale, writable=False)
+
+
+_TICK = 2 * math.pi / TICKS_PER_TURN  # [rad]
+_RPM = 0.229 * 2 * math.pi / 60  # [rad/s]
+_MA = 1e-3  # [A]
+_TURNS = 256 * TICKS_PER_TURN - 1  # modes 4 and 5 count turns and ignore the position limits
+
+# fmt: off
+XL330: dict[str, Register] = {
+    # EEPROM                           address size   low    high  initial
+    "model_number":            _read_only(0, 2),
+    "model_information":       _read_only(2, 4),
+    "firmware_version":        _read_only(6, 1),
+    "id":                        Register(7, 1,         0,    252,    1),
+    "baud_rate":                 Register(8, 1,         0,      6,    1),
+    "return_delay_time":         Register(9, 1,         0,    254,  250, scale=2e-6),
+    "drive_mode":               Register(10, 1,         0,     13,    0),  # bits 0, 2, 3
+    "operating_mode":           Register(11, 1,         0,     16,    3),
+    "secondary_id":             Register(12, 1,         0,    255,  255),
+    "protocol_type":            Register(13, 1,         2,     22,    2),
+    "homing_offset":            Register(20, 4, -1_044_479, 1_044_479, 0, scale=_TICK),
+    "moving_threshold":         Register(24, 4,         0,   1023,   10, scale=_RPM),
+    "temperature_limit":        Register(31, 1,         0,    100,   70),
+    "max_voltage_limit":        Register(32, 2,        31,     70,   70, scale=0.1),
+    "min_voltage_limit":        Register(34, 2,        31,     70,   35, scale=0.1),
+    "pwm_limit":                Register(36, 2,         0,    885,  885),
+    "current_limit":            Register(38, 2,         0,   1750, 1750, scale=_MA),
+    "velocity_limit":           Register(44, 4,         0,   2047,  445, scale=_RPM),
+    "max_position_limit":       Register(48, 4,         0,   4095, 4095, scale=_TICK),
+    "min_position_limit":       Register(52, 4,         0,   4095,    0, scale=_TICK),
+    "startup_configuration":    Register(60, 1,         0,      3,    0),
+    "pwm_slope":                Register(62, 1,         1,    255,  140),
+    "shutdown":                 Register(63, 1,         0,    255, CAREFUL_SHUTDOWN),
+    # RAM
+    "torque_enable":            Register(64, 1,         0,      1,    0),
+    "led":                      Register(65, 1,         0,      1,    0),
+    "status_return_level":      Register(68, 1,         0,      2,    2),
+    "registered_instruction":   _read_only(69, 1),
+    "hardware_error_status":    _read_only(70, 1),
+    "velocity_i_gain":          Register(76, 2,         0, 16_383, 1600),
+    "velocity_p_gain":          Register(78, 2,         0, 16_383,  180),
+    "position_d_gain":          Register(80, 2,         0, 16_383,    0),
+    "position_i_gain":          Register(82, 2,         0, 16_383,    0),
+    "position_p_gain":          Register(84, 2,         0, 16_383,  400),
+    "feedforward_2nd_gain":     Register(88, 2,         0, 16_383,    0),
+    "feedforward_1st_gain":     Register(90, 2,         0, 16_383,    0),
+    "bus_watchdog":             Register(98, 1,        -1,    127,    0, scale=0.02),
+    "goal_pwm":                Register(100, 2,      -885,    885,  885),
+    "goal_current":            Register(102, 2,     -1750,   1750, 1750, scale=_MA),
+    "goal_velocity":           Register(104, 4,     -2047,   2047,  445, scale=_RPM),
+    "profile_acceleration":    Register(108, 4,         0, 32_767,    0),
+    "profile_velocity":        Register(112, 4,         0, 32_767,    0, scale=_RPM),
+    "goal_position":           Register(116, 4,    -_TURNS, _TURNS,   0, scale=_TICK),
+    "realtime_tick":           _read_only(120, 2, 1e-3),
+    "moving":                  _read_only(122, 1),
+    "moving_status":           _read_only(123, 1),
+    "present_pwm":             _read_only(124, 2, signed=True),
+    "present_current":         _read_only(126, 2, _MA, signed=True),
+    "present_velocity":        _read_only(128, 4, _RPM, signed=True),
+    "present_position":        _read_only(132, 4, _TICK, signed=True),
+    "velocity_trajectory":     _read_only(136, 4, _RPM, signed=True),
+    "position_trajectory":     _read_only(140, 4, _TICK, signed=True),
+    "present_input_voltage":   _read_only(144, 2, 0.1),
+    "present_temperature":     _read_only(146, 1),
+    "backup_ready":            _read_only(147, 1),
+}
+# fmt: on
