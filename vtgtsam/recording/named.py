@@ -105,7 +105,7 @@ def _array_samples(
 
 def _bits(values: Sequence[float], threshold: float) -> np.ndarray:
     """1 at or above the threshold, 0 below, NaN where a value is not finite."""
-    array = np.asarray(values, dtype=np.float64)
+    array = np.array(list(values), dtype=np.float64)  # bytes too, which asarray takes for text
     return np.where(np.isfinite(array), array >= threshold, np.nan)
 
 

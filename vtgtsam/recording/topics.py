@@ -160,8 +160,8 @@ def load_topics(path: str | Path) -> TopicMap:
 
 
 def _sentence(error: ValidationError) -> str:
-    """The first problem pydantic found, in words."""
-    problem = error.errors()[0]
+    """The problem that lies deepest, in words; a union's other branches fail further up."""
+    problem = max(error.errors(), key=lambda problem: len(problem["loc"]))
     # Names of the union's branches stand in the location too; they mean nothing to a reader.
     place = ".".join(str(part) for part in problem["loc"] if not _is_branch(part)) or "the file"
     if problem["type"] == "extra_forbidden":

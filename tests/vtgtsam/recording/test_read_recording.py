@@ -121,7 +121,9 @@ def test_joints_that_stop_are_held_with_a_warning(tmp_path):
     recording = read_recording(tmp_path / "a.mcap", hand=gripper())
     assert len(recording.measurements()) == 31
     (warning,) = recording.warnings
-    assert warning.startswith("20 of 31 frames use joint angles that are more than 1 s old, up to 3.0 s")
+    assert warning.startswith(
+        "20 of 31 frames use joint angles that are more than 1 s old, up to 3.0 s"
+    )
 
 
 def test_a_hand_that_never_moves_needs_one_pose_and_one_without_pose_stands_at_the_origin(tmp_path):
@@ -162,7 +164,9 @@ def write_raw(path, topic, msgtype, fields):
 
 def fields_of(position, orientation):
     names_xyzw = dict(zip("xyzw", orientation, strict=True))
-    return {"pose": {"position": dict(zip("xyz", position, strict=True)), "orientation": names_xyzw}}
+    return {
+        "pose": {"position": dict(zip("xyz", position, strict=True)), "orientation": names_xyzw}
+    }
 
 
 def test_poses_that_are_none_are_left_out_with_a_warning(tmp_path):
@@ -238,7 +242,9 @@ def test_missing_joints_and_pads_are_listed(tmp_path):
         writer.tactile(0.0, PADS, [0, 0], [0, 0])
         writer.object_pose(0.0, pose(0))
     recording = read_recording(tmp_path / "a.mcap", hand=gripper())
-    with pytest.raises(RecordingError, match="lacks the hand's joints j_right; it has j_left, other"):
+    with pytest.raises(
+        RecordingError, match="lacks the hand's joints j_right; it has j_left, other"
+    ):
         recording.measurements()
 
 
@@ -327,5 +333,7 @@ def test_a_recording_that_does_not_say_its_hand_or_object_says_what_to_give(tmp_
 def test_a_path_without_a_recording_is_refused(tmp_path):
     with pytest.raises(RecordingError, match="does not exist"):
         read_recording(tmp_path / "nothing.mcap")
-    with pytest.raises(RecordingError, match=r"holds neither an \.mcap file nor a rosbag2 metadata\.yaml"):
+    with pytest.raises(
+        RecordingError, match=r"holds neither an \.mcap file nor a rosbag2 metadata\.yaml"
+    ):
         read_recording(tmp_path)

@@ -22,7 +22,9 @@ MESH = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
 
 
 def test_the_mcap_library_opens_it_and_finds_schemas_values_metadata_and_attachments(tmp_path):
-    path = write_sequence(tmp_path / "a.mcap", metadata={"object": "can"}, hand_xml=HAND_XML, mesh=MESH)
+    path = write_sequence(
+        tmp_path / "a.mcap", metadata={"object": "can"}, hand_xml=HAND_XML, mesh=MESH
+    )
     with path.open("rb") as file:
         reader = make_reader(file, validate_crcs=True, decoder_factories=[DecoderFactory()])
         assert reader.get_header().profile == "ros2"
@@ -44,7 +46,11 @@ def test_the_mcap_library_opens_it_and_finds_schemas_values_metadata_and_attachm
     joints = by_topic["/joint_states", "sensor_msgs/msg/JointState"][100]
     assert (joints.name, list(joints.position)) == (list(JOINTS), [2.0, -2.0])
     pads = by_topic["/tactile/contacts", "vtgtsam_msgs/msg/TactilePads"][100]
-    assert (pads.name, list(pads.pressure), list(pads.contact)) == (list(PADS), [0.5, 0.0], [True, False])
+    assert (pads.name, list(pads.pressure), list(pads.contact)) == (
+        list(PADS),
+        [0.5, 0.0],
+        [True, False],
+    )
     assert metadata["vtgtsam"]["object"] == "can"
     assert metadata["vtgtsam"]["version"]
     assert attachments == {"hand.xml": HAND_XML.encode(), "object.obj": MESH}
@@ -97,7 +103,9 @@ def test_the_same_calls_give_the_same_bytes(tmp_path):
     image = np.random.default_rng(0).uniform(0.3, 1.0, (48, 64))
     contents = []
     for name in ("a.mcap", "b.mcap"):
-        with RecordingWriter(tmp_path / name, {"seed": "1"}, hand_xml=HAND_XML, mesh=MESH) as writer:
+        with RecordingWriter(
+            tmp_path / name, {"seed": "1"}, hand_xml=HAND_XML, mesh=MESH
+        ) as writer:
             for k in range(200):
                 writer.joint_states(0.01 * k, JOINTS, [k, -k])
                 writer.object_pose(0.01 * k, pose(k), np.eye(6))
@@ -138,7 +146,9 @@ for k in range(1000):
     writer.joint_states(0.01 * k, ["j"], [k])
 os.kill(os.getpid(), signal.SIGKILL)
 """
-    killed = subprocess.run([sys.executable, "-c", program], env={**os.environ, "OMP_NUM_THREADS": "1"})
+    killed = subprocess.run(
+        [sys.executable, "-c", program], env={**os.environ, "OMP_NUM_THREADS": "1"}
+    )
     assert killed.returncode == -signal.SIGKILL
     recording = read_recording(path)
     assert recording.info["object"] == "can"
@@ -178,13 +188,19 @@ NAN_POSE = gtsam.Pose3(gtsam.Rot3(), np.array([np.nan, 0, 0]))
 @pytest.mark.parametrize(
     ("call", "message"),
     [
-        (lambda w: w.joint_states(0, ["a", "b"], [0.0]), r"joint angles must have shape \(2,\), got \(1,\)"),
+        (
+            lambda w: w.joint_states(0, ["a", "b"], [0.0]),
+            r"joint angles must have shape \(2,\), got \(1,\)",
+        ),
         (lambda w: w.joint_states(0, ["a"], [np.nan]), "joint angles must be finite"),
         (lambda w: w.tactile(0, ["a"], [0.0], [True, False]), r"contacts must have shape \(1,\)"),
         (lambda w: w.truth(0, NAN_POSE), "a pose must be finite"),
         (lambda w: w.truth(float("nan"), gtsam.Pose3()), "time must be seconds"),
         (lambda w: w.truth(-1, gtsam.Pose3()), "time must be seconds"),
-        (lambda w: w.object_pose(0, gtsam.Pose3(), np.eye(3)), r"covariance must have shape \(6, 6\)"),
+        (
+            lambda w: w.object_pose(0, gtsam.Pose3(), np.eye(3)),
+            r"covariance must have shape \(6, 6\)",
+        ),
         (lambda w: w.depth(0, np.zeros((4, 4, 3))), r"a depth image must have shape \(H, W\)"),
         (lambda w: w.color(0, np.zeros((4, 4))), "a colour image must be uint8"),
     ],

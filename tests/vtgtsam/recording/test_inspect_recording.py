@@ -1,0 +1,67 @@
+# SPDX-License-Identifier: MIT
+import gtsam
+import numpy as np
+import pytest
+from sequences import HAND_XML, JOINTS, PADS, pose, write_sequence
+
+from vtgtsam.exceptions import RecordingError
+from vtgtsam.recording import RecordingWriter
+from vtgtsam.recording.inspect import inspect_recording
+
+
+def test_a_sound_recording_has_its_streams_and_no_problems(tmp_path):
+    path = write_sequence(tmp_path / "a.mcap", metadata={"object": "can"}, hand_xml=HAND_XML)
+    found = inspect_recording(path)
+    assert found.problems == []
+    assert found.notes == []
+    assert found.frames == 90
+    assert found.attachments == {"hand.xml": len(HAND_XML)}
+    streams = {stream.topic: stream for stream in found.streams}
+    vision = streams["/vision/object_pose"]
+    assert (vision.count, vision.start) == (90, 1.0)
+    assert vision.rate == pytest.approx(1 / 0.033, rel=1e-6)
+    assert vision.longest_gap == pytest.approx(0.033)
+    text = "\n".join(found.lines())
+    assert "object: can" in text
+    assert "/joint_states           300 JointState" in text
+    assert text.endswith("no problems found")
+
+
+def test_gaps_disorder_and_far_away_poses_are_problems(tmp_path):
+    with RecordingWriter(tmp_path / "a.mcap", hand_xml=HAND_XML) as writer:
+        for k in range(100):
+            t = 0.01 * k + (1.0 if k >= 50 else 0.0)
+            writer.joint_states(t, JOINTS, [0, 0])
+            writer.tactile(t, PADS, [0, 0], [1, 0])
+        for t in (0.1, 0.3, 0.2):
+            writer.object_pose(t, gtsam.Pose3(gtsam.Rot3(), np.array([300.0, 0, 576.0])))
+    found = inspect_recording(tmp_path / "a.mcap")
+    problems = "\n".join(found.problems)
+    assert "/joint_states pauses for 1.01 s, usually it comes every 10 ms" in problems
+    assert "/vision/object_pose has 1 messages out of order" in problems
+    assert "visual poses lie up to 649 m from the world's origin" in problems
+    notes = "\n".join(found.notes)
+    assert "no true poses" in notes
+    assert "no camera pose" in notes
+    assert "in contact in every frame: pad_left" in notes
+
+
+def test_what_keeps_it_from_being_evaluated_is_a_problem(tmp_path):
+    with RecordingWriter(tmp_path / "a.mcap", hand_xml=HAND_XML) as writer:
+        writer.joint_states(0.0, JOINTS, [0, 0])
+        writer.object_pose(0.0, pose(0))
+    found = inspect_recording(tmp_path / "a.mcap")
+    assert found.frames is None
+    assert any("has no topic /tactile/contacts" in problem for problem in found.problems)
+
+
+def test_a_cut_recording_says_so_once(tmp_path):
+    path = write_sequence(tmp_path / "a.mcap", hand_xml=HAND_XML)
+    path.write_bytes(path.read_bytes()[:-8000])
+    found = inspect_recording(path)
+    assert sum("cut off" in problem for problem in found.problems) == 1
+
+
+def test_nothing_is_refused(tmp_path):
+    with pytest.raises(RecordingError, match="does not exist"):
+        inspect_recording(tmp_path / "nothing.mcap")
