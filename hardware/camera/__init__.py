@@ -1,0 +1,2 @@
+# SPDX-License-Identifier: MIT
+"""Cameras and what is calibrated with them."""

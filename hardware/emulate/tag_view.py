@@ -1,0 +1,89 @@
+# SPDX-License-Identifier: MIT
+"""What a camera sees of an AprilTag: tag 0 of family tag36h11 in front of grey."""
+
+from __future__ import annotations
+
+import gtsam
+import numpy as np
+from scipy.ndimage import gaussian_filter
+
+from vtgtsam.vision.camera import CameraIntrinsics
+
+TAG_ID = 0
+# As printed upright, with its white rim; # is black. The tag's size is that of the black square.
+_TAG = """
+..........
+.########.
+.#..#.#.#.
+.##...#.#.
+.##..####.
+.#.#.####.
+.##.#..##.
+.####.###.
+.########.
+..........
+"""
+_CELLS = np.array([[cell == "#" for cell in row] for row in _TAG.split()])
+_BLACK, _WHITE, _BACKGROUND = 30.0, 220.0, 110.0  # grey levels
+_SAMPLES = 6  # a side within a pixel
+
+
+def render_tag(
+    T_ct: gtsam.Pose3, intrinsics: CameraIntrinsics, size: float, blur: float = 0.6
+) -> np.ndarray:
+    """A grey image without noise, shape (H, W), float64.
+
+    Args:
+        T_ct: Pose of the tag (frame as in ``hardware.camera.tag``) in the camera frame.
+        intrinsics: Of the camera.
+        size: Side of the black square [m].
+        blur: Standard deviation of the lens's blur [pixels].
+    """
+    image = np.full((intrinsics.height, intrinsics.width), _BACKGROUND)
+    rows, columns = _window(T_ct, intrinsics, size)
+    steps = (np.arange(_SAMPLES) + 0.5) / _SAMPLES - 0.5
+    v = (np.arange(rows.start, rows.stop)[:, None] + steps).ravel()
+    u = (np.arange(columns.start, columns.stop)[:, None] + steps).ravel()
+    fine = _grey_at(*np.meshgrid(u, v), T_ct, intrinsics, size)
+    blocks = fine.reshape(rows.stop - rows.start, _SAMPLES, columns.stop - columns.start, _SAMPLES)
+    image[rows, columns] = blocks.mean(axis=(1, 3))
+    return gaussian_filter(image, blur)
+
+
+def _window(T_ct: gtsam.Pose3, intrinsics: CameraIntrinsics, size: float) -> tuple[slice, slice]:
+    """Rows and columns of the image that the tag with its rim may touch."""
+    half = 0.5 * size * len(_CELLS) / (len(_CELLS) - 2)
+    corners_t = np.array([[x, y, 0.0] for x in (-half, half) for y in (-half, half)])
+    corners_c = corners_t @ T_ct.rotation().matrix().T + T_ct.translation()
+    if corners_c[:, 2].min() <= 0:
+        raise ValueError("the tag must lie in front of the camera")
+    pixels = intrinsics.project(corners_c)
+    first = np.maximum(np.floor(pixels.min(axis=0)).astype(int) - 1, 0)
+    last = np.ceil(pixels.max(axis=0)).astype(int) + 2
+    columns, rows = (
+        slice(int(a), int(max(a, min(b, end))))
+        for a, b, end in zip(first, last, (intrinsics.width, intrinsics.height), strict=True)
+    )
+    return rows, columns
+
+
+def _grey_at(
+    u: np.ndarray, v: np.ndarray, T_ct: gtsam.Pose3, intrinsics: CameraIntrinsics, size: float
+) -> np.ndarray:
+    """Grey level that the ray of each point of the image meets, in the shape of u and v."""
+    rays_c = np.stack(
+        [
+            (u - intrinsics.cx) / intrinsics.fx,
+            (v - intrinsics.cy) / intrinsics.fy,
+            np.ones_like(u),
+        ],
+        axis=-1,
+    )
+    R_ct, origin_c = T_ct.rotation().matrix(), T_ct.translation()
+    depth = (R_ct[:, 2] @ origin_c) / (rays_c @ R_ct[:, 2])
+    points_t = (rays_c * depth[..., None] - origin_c) @ R_ct
+    count = len(_CELLS)
+    cells = np.floor(points_t[..., :2] * (count - 2) / size + count / 2).astype(int)
+    on_tag = ((cells >= 0) & (cells < count)).all(axis=-1)
+    column, row = np.clip(cells, 0, count - 1)[..., 0], np.clip(cells, 0, count - 1)[..., 1]
+    return np.where(on_tag, np.where(_CELLS[row, column], _BLACK, _WHITE), _BACKGROUND)
