@@ -29,7 +29,9 @@ def find_recordings(paths: Iterable[str | os.PathLike[str]]) -> dict[str, Path]:
                     "give a folder above both instead, or evaluate them apart"
                 )
     if not found:
-        raise RecordingError("no recordings given; name .mcap files, rosbag2 folders, or folders of them")
+        raise RecordingError(
+            "no recordings given; name .mcap files, rosbag2 folders, or folders of them"
+        )
     return dict(sorted(found.items()))
 
 
@@ -41,7 +43,9 @@ def _below(path: Path) -> Iterator[tuple[str, Path]]:
         return
     recordings = list(_search(path))
     if not recordings:
-        raise RecordingError(f"no recordings in {path}; expected .mcap files or rosbag2 folders below it")
+        raise RecordingError(
+            f"no recordings in {path}; expected .mcap files or rosbag2 folders below it"
+        )
     for recording in recordings:
         yield _without_suffix("__".join(recording.relative_to(path).parts)), recording
 

@@ -46,7 +46,7 @@ def paired_tests(statistics: pd.DataFrame) -> pd.DataFrame:
     methods = list(dict.fromkeys(statistics["method"]))
     tests = []
     for condition, table in statistics.groupby(list(CONDITION), sort=True):
-        dataset = condition[0]
+        dataset = str(condition[0])
         family = [
             dict(zip(CONDITION, condition, strict=True))
             | {"phase": phase, "comparison": f"{better} vs {baseline}"}
@@ -64,7 +64,9 @@ def signed_rank(differences: np.ndarray) -> dict[str, Any]:
     unequal = differences[differences != 0]
     notes = []
     if len(unequal) < len(differences):
-        notes.append(f"{len(differences) - len(unequal)} of {len(differences)} pairs equal, left out")
+        notes.append(
+            f"{len(differences) - len(unequal)} of {len(differences)} pairs equal, left out"
+        )
     if len(differences) == 0:
         return {"note": "no pairs: nothing to test"}
     if len(unequal) == 0:

@@ -18,7 +18,12 @@ from .phases import AFTER, BEFORE
 ALL = "all"
 PHASES = (ALL, BEFORE, AFTER)
 
-NOT_HELD = ("waiting", "unobservable", "lost", "invalid")  # statuses in which nothing holds the pose
+NOT_HELD = (
+    "waiting",
+    "unobservable",
+    "lost",
+    "invalid",
+)  # statuses in which nothing holds the pose
 
 
 def sequence_statistics(metrics: pd.DataFrame) -> list[dict[str, Any]]:

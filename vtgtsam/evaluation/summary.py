@@ -10,7 +10,11 @@ import pandas as pd
 
 from .statistics import ALL, quantile
 
-CONDITION = ("dataset", "tracker", "noise_scale")  # recordings that differ in these are never pooled
+CONDITION = (
+    "dataset",
+    "tracker",
+    "noise_scale",
+)  # recordings that differ in these are never pooled
 
 COLUMNS = (
     *CONDITION,

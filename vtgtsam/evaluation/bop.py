@@ -1,0 +1,45 @@
+# SPDX-License-Identifier: MIT
+"""``bop/<method>.csv``: poses in the camera frame as bop_toolkit reads them.
+
+Columns scene_id, im_id, obj_id, score, R (9 numbers, row by row), t (3 numbers [mm]), time (-1: not measured).
+BOP numbers everything: ``bop/scenes.csv`` says which sequence and object the numbers mean, im_id counts a
+sequence's frames from 0. Frames without a pose are left out: the format cannot say so.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import gtsam
+import numpy as np
+from numpy.typing import ArrayLike
+
+from .estimates import poses
+
+HEADER = "scene_id,im_id,obj_id,score,R,t,time\n"
+
+
+def bop_lines(
+    scene: int, obj: int, T_wc: ArrayLike, rows: Sequence[Mapping[str, Any]]
+) -> list[str]:
+    """Lines of one sequence, ``rows`` of its estimates by one method.
+
+    Args:
+        scene: The sequence's number.
+        obj: The object's number.
+        T_wc: Pose of the camera in the world, shape (4, 4).
+        rows: Rows of the estimates' table, one a frame.
+    """
+    camera = gtsam.Pose3(np.asarray(T_wc, dtype=np.float64))
+    lines = []
+    for image, T_wo in enumerate(poses(rows)):
+        if T_wo is not None:
+            T_co = camera.between(T_wo)
+            R, t_mm = T_co.rotation().matrix(), T_co.translation() * 1e3
+            lines.append(f"{scene},{image},{obj},1.0,{_numbers(R)},{_numbers(t_mm)},-1\n")
+    return lines
+
+
+def _numbers(values: np.ndarray) -> str:
+    return " ".join(repr(float(value)) for value in values.ravel())

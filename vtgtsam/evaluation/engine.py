@@ -1,0 +1,71 @@
+# SPDX-License-Identifier: MIT
+"""Call one function on many tasks: here, in several processes, or on a Dask cluster."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import AbstractContextManager
+from typing import Any, TypeVar
+
+from ..exceptions import VtgtsamError
+
+Task = TypeVar("Task")
+Result = TypeVar("Result")
+
+
+def run_tasks(
+    function: Callable[[Task], Result],
+    tasks: Iterable[Task],
+    jobs: int = 1,
+    scheduler: str | None = None,
+) -> Iterator[Result]:
+    """Results in the order in which they are ready.
+
+    Args:
+        function: Called once a task, possibly in another process.
+        tasks: Its arguments; drawn as workers get free.
+        jobs: Processes on this machine. One works in the calling process.
+        scheduler: Address of a Dask scheduler, "tcp://HOST:PORT", whose workers do the work instead.
+
+    Raises:
+        VtgtsamError: A worker died, or the scheduler cannot be reached.
+    """
+    if scheduler is None and jobs == 1:
+        yield from map(function, tasks)
+        return
+    import joblib
+    from joblib.externals.loky.process_executor import TerminatedWorkerError
+
+    backend = _local() if scheduler is None else _dask(scheduler)
+    count = jobs if scheduler is None else -1
+    try:
+        with backend:
+            parallel = joblib.Parallel(n_jobs=count, batch_size=1, return_as="generator_unordered")
+            yield from parallel(joblib.delayed(function)(task) for task in tasks)
+    except TerminatedWorkerError as error:
+        raise VtgtsamError(
+            "a worker process died, out of memory perhaps; finished sequences are kept: "
+            "call again, with fewer --jobs if it happens again"
+        ) from error
+
+
+def _local() -> AbstractContextManager[Any]:
+    import joblib
+
+    return joblib.parallel_config(backend="loky", inner_max_num_threads=1)  # type: ignore[no-any-return]
+
+
+def _dask(scheduler: str) -> AbstractContextManager[Any]:
+    try:
+        from distributed import Client
+    except ImportError as error:
+        raise VtgtsamError(
+            "a Dask scheduler needs the extra `cluster`: pip install 'vtgtsam[cluster]'"
+        ) from error
+    import joblib
+
+    try:
+        client = Client(scheduler, timeout="10s", set_as_default=False)  # type: ignore[no-untyped-call]
+    except (OSError, ValueError) as error:
+        raise VtgtsamError(f"no Dask scheduler answers at {scheduler}: {error}") from error
+    return joblib.parallel_config(backend="dask", client=client)  # type: ignore[no-any-return]

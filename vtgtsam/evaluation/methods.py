@@ -1,0 +1,53 @@
+# SPDX-License-Identifier: MIT
+"""The methods compared: one name and one estimator configuration each."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable
+from pathlib import Path
+from typing import get_args
+
+from ..config import EstimatorConfig, Method
+from ..exceptions import ConfigError
+
+PRESETS = {
+    "simulation": EstimatorConfig.simulation,
+    "real_world": EstimatorConfig.real_world,
+    "tuned": EstimatorConfig.tuned,
+}
+
+
+def load_config(config: EstimatorConfig | str | os.PathLike[str]) -> EstimatorConfig:
+    """A configuration as it is, a preset by its name, or one read from a YAML file.
+
+    Raises:
+        ConfigError: It is neither a preset nor a file, or the file is wrong.
+    """
+    if isinstance(config, EstimatorConfig):
+        return config
+    if str(config) in PRESETS:
+        return PRESETS[str(config)]()
+    if not Path(config).is_file():
+        raise ConfigError(
+            f"{str(config)!r} is neither a preset ({', '.join(PRESETS)}) nor a YAML file"
+        )
+    return EstimatorConfig.from_yaml(Path(config))
+
+
+def method_configs(names: Iterable[str], config: EstimatorConfig) -> dict[str, EstimatorConfig]:
+    """Each named method's configuration: ``config`` with its ``method`` replaced.
+
+    Raises:
+        ValueError: No name is given, one is unknown, or one is given twice.
+    """
+    names = [names] if isinstance(names, str) else list(names)
+    known = get_args(Method)
+    unknown = [name for name in names if name not in known]
+    if unknown:
+        raise ValueError(
+            f"unknown methods: {', '.join(unknown)}; the known ones are: {', '.join(known)}"
+        )
+    if not names or len(set(names)) < len(names):
+        raise ValueError(f"methods must be one or more different names, got {names}")
+    return {name: config.model_copy(update={"method": name}) for name in names}

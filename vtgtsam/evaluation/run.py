@@ -1,0 +1,170 @@
+# SPDX-License-Identifier: MIT
+"""Evaluate methods on recordings: each sequence by itself, then tables over all of them."""
+
+from __future__ import annotations
+
+import logging
+import os
+from collections.abc import Callable, Iterable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pandas as pd
+import yaml
+
+from ..config import EstimatorConfig
+from ..recording.topics import load_topics
+from . import store
+from .atomic import remove_leftovers, write_text
+from .engine import run_tasks
+from .errors import SCHEMA
+from .exports import export
+from .find import find_recordings
+from .methods import load_config, method_configs
+from .parquet import concatenate
+from .resume import code_version, inputs_digest
+from .sequence import Outcome, Task, evaluate_sequence
+from .tables import Tables, make_tables, write_csv
+
+if TYPE_CHECKING:
+    from ..objects import ObjectModel
+    from ..pads import PadSet
+    from ..recording import TopicMap
+
+    PathLike = str | os.PathLike[str]
+
+logger = logging.getLogger(__name__)
+
+DESCRIPTION = ("object", "dataset", "tracker", "noise_scale", "frames", "note")
+
+
+def evaluate(
+    recordings: PathLike | Iterable[PathLike],
+    methods: Iterable[str],
+    config: EstimatorConfig | PathLike,
+    out: PathLike,
+    jobs: int = 1,
+    scheduler: str | None = None,
+    hand: PadSet | PathLike | None = None,
+    object: ObjectModel | PathLike | None = None,
+    topics: TopicMap | PathLike | None = None,
+) -> pd.DataFrame:
+    """Estimate the object's pose in recorded sequences and compare with the truth.
+
+    Everything is written to ``out``: estimates, errors, tables, trajectories for other tools. What is there
+    already and was made from the same recording, settings and code is not computed again, so an interrupted
+    call goes on where it stopped; what does not belong to this call is removed. The result does not depend
+    on ``jobs``.
+
+    A sequence that fails is logged and listed in ``sequences.csv``, the others are kept. A recording without
+    ground truth is estimated and has no errors.
+
+    Args:
+        recordings: ``.mcap`` files, rosbag2 folders, or folders that are searched for both.
+        methods: Names of methods, such as "vis", "vis+pen", "vis+tac+pen".
+        config: Settings of the estimator, whose ``method`` is replaced by each name; or a preset's name
+            ("simulation", "real_world", "tuned"); or a YAML file.
+        out: The run's folder.
+        jobs: Processes on this machine.
+        scheduler: Address of a Dask scheduler whose workers to use instead, "tcp://HOST:PORT"; they must
+            see the same paths.
+        hand: Hand to use instead of the one a recording names, or its name or file.
+        object: Object to use instead of the one a recording names, or its name or mesh file.
+        topics: Topic map of other people's bags, or its YAML file.
+
+    Returns:
+        The summary, as in ``summary.csv``: a row for each dataset, object, method and phase, in mm. Errors
+        of single frames are in ``metrics.parquet``. ``attrs["failed"]`` maps a failed sequence to the reason.
+
+    Raises:
+        VtgtsamError: A path, the configuration or the map is wrong; or a worker died.
+        ValueError: A method is unknown.
+    """
+    tables = run(recordings, methods, config, out, jobs, scheduler, hand, object, topics)
+    for sequence, problem in tables.failed.items():
+        logger.warning("%s failed: %s", sequence, problem)
+    tables.summary.attrs["failed"] = tables.failed
+    return tables.summary
+
+
+def run(
+    recordings: PathLike | Iterable[PathLike],
+    methods: Iterable[str],
+    config: EstimatorConfig | PathLike,
+    out: PathLike,
+    jobs: int = 1,
+    scheduler: str | None = None,
+    hand: PadSet | PathLike | None = None,
+    obj: ObjectModel | PathLike | None = None,
+    topics: TopicMap | PathLike | None = None,
+    progress: Callable[[Outcome, int], None] | None = None,
+) -> Tables:
+    """As ``evaluate``, with all tables as the answer.
+
+    ``progress`` is called after each sequence with its outcome and the number of sequences in all.
+    """
+    if jobs < 1:
+        raise ValueError(f"jobs must be at least 1, got {jobs}")
+    paths = [recordings] if isinstance(recordings, str | os.PathLike) else recordings
+    found = find_recordings(paths)
+    configs = method_configs(methods, load_config(config))
+    topic_map = load_topics(Path(topics)) if isinstance(topics, str | os.PathLike) else topics
+    folder = Path(out)
+    _prepare(folder, set(found))
+    inputs = inputs_digest(hand, obj, topic_map)
+    tasks = [
+        Task(sequence, path, configs, folder, hand, obj, topic_map, inputs)
+        for sequence, path in found.items()
+    ]
+    outcomes: dict[str, Outcome] = {}
+    for outcome in run_tasks(evaluate_sequence, tasks, jobs, scheduler):
+        outcomes[outcome.sequence] = outcome
+        if progress is not None:
+            progress(outcome, len(tasks))
+    write_text(folder / store.CONFIG, _config_yaml(configs, hand, obj, topic_map))
+    return _collect(folder, [outcomes[sequence] for sequence in found], list(configs))
+
+
+def _prepare(out: Path, sequences: set[str]) -> None:
+    """Remove what is left of a killed run, and results of sequences that are not in this call."""
+    out.mkdir(parents=True, exist_ok=True)
+    remove_leftovers(out)
+    for sequence in sorted(store.stored_sequences(out) - sequences):
+        logger.info("%s: removed from %s, not among the recordings any more", sequence, out)
+        store.forget(out, sequence)
+
+
+def _collect(out: Path, outcomes: list[Outcome], methods: list[str]) -> Tables:
+    """Put the sequences' results together, in the order of their ids."""
+    done = [outcome for outcome in outcomes if not outcome.problem]
+    parts = [store.metrics_path(out, outcome.sequence) for outcome in done]
+    concatenate(parts, out / store.METRICS, SCHEMA)
+    write_csv(out / store.SEQUENCES, _sequences_table(outcomes))
+    export(out, [outcome.about for outcome in done], methods)
+    return make_tables(out)
+
+
+def _sequences_table(outcomes: list[Outcome]) -> pd.DataFrame:
+    rows = [
+        {"sequence": outcome.sequence}
+        | {name: outcome.about.get(name, "") for name in DESCRIPTION}
+        | {"warnings": " | ".join(outcome.about.get("warnings", [])), "problem": outcome.problem}
+        for outcome in outcomes
+    ]
+    return pd.DataFrame(rows)
+
+
+def _config_yaml(configs: Mapping[str, EstimatorConfig], hand: Any, obj: Any, topics: Any) -> str:
+    """The effective configuration."""
+    effective = {
+        "version": code_version(),
+        "hand": _named(hand),
+        "object": _named(obj),
+        "topics": None if topics is None else topics.model_dump(mode="json"),
+        "methods": {name: config.model_dump(mode="json") for name, config in configs.items()},
+    }
+    return yaml.safe_dump(effective, sort_keys=False)
+
+
+def _named(model: Any) -> str | None:
+    return None if model is None else str(getattr(model, "name", model))

@@ -1,0 +1,128 @@
+# SPDX-License-Identifier: MIT
+"""One recording, all methods: estimates and their errors."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from ..config import EstimatorConfig
+from ..estimator import PoseEstimator
+from ..exceptions import RecordingError, VtgtsamError
+from ..frame import contact_bits
+from ..recording import Recording, read_recording
+from . import store
+from .errors import errors_table
+from .estimates import estimates_table
+from .frames import evaluation_frames
+from .phases import turn_phases
+from .resume import sequence_key
+
+logger = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True)
+class Task:
+    """One sequence to evaluate.
+
+    Attributes:
+        sequence: Its id.
+        path: Its recording.
+        configs: Each method's configuration.
+        out: The run's folder.
+        hand: Hand to use instead of the recording's, or None.
+        obj: Object to use instead of the recording's, or None.
+        topics: Topic map for a foreign bag, or None.
+        inputs: Digest of the last three.
+    """
+
+    sequence: str
+    path: Path
+    configs: Mapping[str, EstimatorConfig]
+    out: Path
+    hand: Any
+    obj: Any
+    topics: Any
+    inputs: str
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What became of a task.
+
+    Attributes:
+        sequence: The sequence's id.
+        about: Description stored with its results; empty where it failed.
+        problem: Why it failed, in one line; empty where it did not.
+        reused: Whether its results were there already.
+    """
+
+    sequence: str
+    about: Mapping[str, Any]
+    problem: str = ""
+    reused: bool = False
+
+
+def evaluate_sequence(task: Task) -> Outcome:
+    """Evaluate one sequence and store its results, unless they are there already.
+
+    Whatever goes wrong with this sequence is told in the outcome, so that the others go on.
+    """
+    try:
+        key = sequence_key(task.path, task.configs, task.inputs)
+        about = store.done(task.out, task.sequence, key)
+        if about is not None:
+            return Outcome(task.sequence, about, reused=True)
+        return Outcome(task.sequence, _evaluate(task, key))
+    except Exception as error:
+        store.forget(task.out, task.sequence)
+        if isinstance(error, (VtgtsamError, ValueError, OSError)):
+            return Outcome(task.sequence, {}, problem=" ".join(str(error).split()))
+        logger.exception("%s failed", task.sequence)
+        return Outcome(task.sequence, {}, problem=f"{type(error).__name__}: {error}")
+
+
+def _evaluate(task: Task, key: str) -> dict[str, Any]:
+    from threadpoolctl import threadpool_limits
+
+    recording = read_recording(task.path, hand=task.hand, object=task.obj, topics=task.topics)
+    frames = evaluation_frames(recording)
+    if not frames:
+        raise RecordingError(
+            f"{task.path.name} has no frame with a visual pose: nothing to estimate"
+        )
+    with threadpool_limits(1):
+        estimates = {
+            name: [estimator.update(frame) for frame in frames]
+            for name, estimator in _estimators(recording, task.configs).items()
+        }
+        contacts = [contact_bits(frame.contacts, recording.hand.pad_names) for frame in frames]
+        phases = turn_phases([frame.T_wh for frame in frames])
+        about = {"key": key, "frames": len(frames)} | _describe(task.sequence, recording)
+        metrics, about["note"] = errors_table(recording, estimates, phases, about)
+    store.keep(task.out, task.sequence, estimates_table(estimates, contacts), metrics, about)
+    return about
+
+
+def _estimators(
+    recording: Recording, configs: Mapping[str, EstimatorConfig]
+) -> dict[str, PoseEstimator]:
+    return {
+        name: PoseEstimator(recording.hand, recording.object, config)
+        for name, config in configs.items()
+    }
+
+
+def _describe(sequence: str, recording: Recording) -> dict[str, Any]:
+    info, T_wc = recording.info, recording.camera_pose
+    return {
+        "sequence": sequence,
+        "object": recording.object.name,
+        **{name: info.get(name, "") for name in ("dataset", "tracker", "noise_scale")},
+        "pads": list(recording.hand.pad_names),
+        "camera_pose": None if T_wc is None else T_wc.matrix().tolist(),
+        "warnings": list(recording.warnings),
+    }

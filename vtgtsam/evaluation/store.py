@@ -1,0 +1,61 @@
+# SPDX-License-Identifier: MIT
+"""Where a run keeps what, and which sequences it has done already.
+
+A sequence is done when its part of the metrics, which is written last, carries the key that the sequence
+has now. All files appear whole or not at all, so a run may be killed at any moment.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pyarrow as pa
+
+from .parquet import read_about, write_table
+
+METRICS = "metrics.parquet"
+SEQUENCES = "sequences.csv"
+SUMMARY = "summary.csv"
+TESTS = "tests.csv"
+CONFIG = "config.yaml"
+
+
+def estimates_path(out: Path, sequence: str) -> Path:
+    """One sequence's estimates."""
+    return out / "estimates" / f"{sequence}.parquet"
+
+
+def metrics_path(out: Path, sequence: str) -> Path:
+    """One sequence's part of ``metrics.parquet``."""
+    return out / "metrics" / f"{sequence}.parquet"
+
+
+def keep(
+    out: Path, sequence: str, estimates: pa.Table, metrics: pa.Table, about: dict[str, Any]
+) -> None:
+    """Store one sequence's results."""
+    metrics_path(out, sequence).unlink(missing_ok=True)  # not done until both files are new
+    write_table(estimates_path(out, sequence), estimates, about)
+    write_table(metrics_path(out, sequence), metrics, about)
+
+
+def done(out: Path, sequence: str, key: str) -> dict[str, Any] | None:
+    """What is stored of a sequence with this key, or None where it has to be computed."""
+    for path in (estimates_path(out, sequence), metrics_path(out, sequence)):
+        about = read_about(path)
+        if about is None or about.get("key") != key:
+            return None
+    return about
+
+
+def forget(out: Path, sequence: str) -> None:
+    """Remove one sequence's results."""
+    metrics_path(out, sequence).unlink(missing_ok=True)
+    estimates_path(out, sequence).unlink(missing_ok=True)
+
+
+def stored_sequences(out: Path) -> set[str]:
+    """Sequences of which anything is stored."""
+    folders = (out / "estimates", out / "metrics")
+    return {path.stem for folder in folders for path in folder.glob("*.parquet")}
