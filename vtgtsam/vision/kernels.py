@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: MIT
 """The compiled loops of the depth tracker.
 
-A camera is passed as (fx, fy, cx, cy), its pose in the object frame as ``R_oc`` (3, 3) and ``t_oc`` (3,);
-a distance field as in ``vtgtsam.sdf.kernels``.
+A camera is passed as (fx, fy, cx, cy) and its pose in the object frame as ``R_oc`` (3, 3) and ``t_oc`` (3,);
+a distance field as in ``vtgtsam.sdf.kernels``; ``box`` (2, 3) are two corners around the object [m]. Rays are
+counted in depths: a ray's point at depth z is t_oc + z * direction.
 """
 
 from __future__ import annotations
@@ -14,33 +15,33 @@ import numpy as np
 from ..compiled import compiled
 from ..sdf.kernels import trilinear
 
-# What one pixel says about a pose.
+# What a pixel says about a pose. BESIDE: outside the outline, so whether it is the object is open.
 NOTHING, SURFACE, THROUGH, COVERED, BESIDE = 0, 1, 2, 3, 4
 
 
 @compiled
-def enter_and_leave(shape: Any, lower: Any, scale: Any, origin: Any, direction: Any) -> Any:
-    """Where a ray enters and leaves the grid's box, in lengths of ``direction``; enter > leave: never."""
+def through_box(box: Any, origin: Any, direction: Any) -> Any:
+    """Where a ray enters and leaves a box, in lengths of ``direction``; enter > leave: never."""
     enter, leave = 0.0, np.inf
     for axis in range(3):
-        first, last = lower[axis], lower[axis] + (shape[axis] - 1) / scale[axis]
         if direction[axis] == 0.0:
-            if origin[axis] < first or origin[axis] > last:
+            if origin[axis] < box[0, axis] or origin[axis] > box[1, axis]:
                 return 1.0, 0.0
             continue
-        a, b = (first - origin[axis]) / direction[axis], (last - origin[axis]) / direction[axis]
+        a = (box[0, axis] - origin[axis]) / direction[axis]
+        b = (box[1, axis] - origin[axis]) / direction[axis]
         enter, leave = max(enter, min(a, b)), min(leave, max(a, b))
     return enter, leave
 
 
 @compiled
-def trace(values: Any, lower: Any, scale: Any, origin: Any, direction: Any) -> Any:
+def trace(values: Any, lower: Any, scale: Any, box: Any, origin: Any, direction: Any) -> Any:
     """Length of a ray up to the surface, in lengths of ``direction``; inf where it passes by.
 
     Sphere tracing: the distance field says how far the ray may go on without meeting the surface. The
     crossing itself is interpolated between the last point outside and the first inside.
     """
-    at, leave = enter_and_leave(values.shape, lower, scale, origin, direction)
+    at, leave = through_box(box, origin, direction)
     speed = np.sqrt(direction[0] ** 2 + direction[1] ** 2 + direction[2] ** 2)
     least = 0.3 / (
         scale[0] * speed
@@ -64,30 +65,29 @@ def trace(values: Any, lower: Any, scale: Any, origin: Any, direction: Any) -> A
 def deepest(
     values: Any, lower: Any, scale: Any, origin: Any, direction: Any, start: float, end: float
 ) -> Any:
-    """The deepest point on a part of a ray that starts at the surface: its phi and its place.
+    """Where a ray is deepest inside the object, from its first surface point until it is out again.
 
-    Used where the camera sees through the modelled object: that point must come out of the object.
+    Where the camera sees through the modelled object, that is the point which has to come out of it.
     """
     speed = np.sqrt(direction[0] ** 2 + direction[1] ** 2 + direction[2] ** 2)
     least = 1.0 / (scale[0] * speed)
     at, lowest, place = start + least, 0.0, start
-    end = min(end, enter_and_leave(values.shape, lower, scale, origin, direction)[1])
     while at <= end:
         x = origin[0] + at * direction[0]
         y = origin[1] + at * direction[1]
         z = origin[2] + at * direction[2]
         phi = trilinear(values, lower, scale, x, y, z)[0]
+        if phi > 0.0:
+            break
         if phi < lowest:
             lowest, place = phi, at
-        if phi > 0.0:  # out again
-            break
-        at += max((phi - lowest) / speed, least)  # no deeper point is nearer than that
-    return lowest, place
+        at += max((phi - lowest) / speed, least)  # nothing deeper is nearer than that
+    return place
 
 
 @compiled
 def render(
-    values: Any, lower: Any, scale: Any, camera: Any, R_oc: Any, t_oc: Any, depth: Any
+    values: Any, lower: Any, scale: Any, box: Any, camera: Any, R_oc: Any, t_oc: Any, depth: Any
 ) -> None:
     """Fill ``depth`` (height, width) with the object's predicted depth [m], inf where it is not seen."""
     direction = np.empty(3)
@@ -97,47 +97,57 @@ def render(
             x = (u - camera[2]) / camera[0]
             for axis in range(3):
                 direction[axis] = R_oc[axis, 0] * x + R_oc[axis, 1] * y + R_oc[axis, 2]
-            depth[v, u] = trace(values, lower, scale, t_oc, direction)
+            depth[v, u] = trace(values, lower, scale, box, t_oc, direction)
 
 
 @compiled
-def classify(predicted: Any, depth: Any, behind: float, front: float, size: int, kind: Any) -> None:
+def classify(
+    predicted: Any, depth: Any, hand: Any, single: float, mean: float, size: int, kind: Any
+) -> None:
     """Say what each pixel tells about the object, from the predicted and the measured depth [m].
 
-    A single pixel's noise is as large as what tells a fingertip from the surface below it, but what covers
-    the object covers several pixels side by side. So the mean difference over a window decides.
+    A pixel whose two depths differ by more than ``single`` is decided by itself. A fingertip that lies on the
+    object differs less than that, but it covers several pixels side by side: for the others the mean
+    difference over a window, among the undecided, must be below ``mean``.
 
     Args:
         predicted: Depth of the object alone, inf where the pose puts no object.
         depth: Measured depth, 0 where there is none.
-        behind: The camera sees through the modelled object where it measures more than this behind it [m].
-        front: Something covers the object where the mean measurement is more than this in front of it [m].
+        hand: Where the hand is known to be: such a pixel is no surface, but one can see through it.
+        single: Largest difference of one pixel [m].
+        mean: Largest mean difference of a window [m].
         size: The window reaches this many pixels to each side.
         kind: Filled with NOTHING, SURFACE, THROUGH, COVERED or BESIDE (measured outside the outline).
     """
     height, width = depth.shape
     for v in range(height):
         for u in range(width):
+            difference = depth[v, u] - predicted[v, u]
             if depth[v, u] <= 0.0:
                 kind[v, u] = NOTHING
             elif predicted[v, u] == np.inf:
-                kind[v, u] = BESIDE
+                kind[v, u] = NOTHING if hand[v, u] else BESIDE
+            elif difference > single:
+                kind[v, u] = THROUGH
+            elif difference < -single or hand[v, u]:
+                kind[v, u] = COVERED
             else:
-                total, count = 0.0, 0
-                for b in range(max(v - size, 0), min(v + size + 1, height)):
-                    for a in range(max(u - size, 0), min(u + size + 1, width)):
-                        if depth[b, a] > 0.0 and predicted[b, a] < np.inf:
-                            difference = depth[b, a] - predicted[b, a]
-                            # Beyond this it is something else, and no mean should hide that.
-                            total += min(max(difference, -4.0 * front), 4.0 * front)
-                            count += 1
-                mean = total / count
-                if mean > behind:
-                    kind[v, u] = THROUGH
-                elif mean < -front:
-                    kind[v, u] = COVERED
-                else:
-                    kind[v, u] = SURFACE
+                kind[v, u] = SURFACE
+    undecided = kind.copy()
+    for v in range(height):
+        for u in range(width):
+            if undecided[v, u] != SURFACE:
+                continue
+            total, count = 0.0, 0
+            for b in range(max(v - size, 0), min(v + size + 1, height)):
+                for a in range(max(u - size, 0), min(u + size + 1, width)):
+                    if undecided[b, a] == SURFACE:
+                        total += depth[b, a] - predicted[b, a]
+                        count += 1
+            if total > mean * count:
+                kind[v, u] = THROUGH
+            elif total < -mean * count:
+                kind[v, u] = COVERED
 
 
 @compiled
@@ -145,6 +155,7 @@ def accumulate(
     values: Any,
     lower: Any,
     scale: Any,
+    box: Any,
     camera: Any,
     R_oc: Any,
     t_oc: Any,
@@ -160,8 +171,8 @@ def accumulate(
     """Add the normal equations of all pixels, for a right perturbation [rotation, translation].
 
     A measured point p_o has the error phi(p_o), with Tukey's weight up to ``cutoff`` [m]; pixels beside the
-    outline count ``beside`` times. Where the camera sees through the object the error is the depth by which the
-    ray pierces it, with the influence of a residual at sigma at most (Huber).
+    outline count ``beside`` times. Where the camera sees through the object, the error is the depth by which
+    the ray pierces it, with at most the influence of a residual of one sigma (Huber).
 
         d phi / d xi = [ (grad phi x p_o)^T  -grad phi^T ]
     """
@@ -169,25 +180,31 @@ def accumulate(
     for v in range(depth.shape[0]):
         y = (v - camera[3]) / camera[1]
         for u in range(depth.shape[1]):
-            if kind[v, u] == NOTHING or kind[v, u] == COVERED:
+            what = kind[v, u]
+            if what == NOTHING or what == COVERED:
                 continue
             x = (u - camera[2]) / camera[0]
             for axis in range(3):
                 direction[axis] = R_oc[axis, 0] * x + R_oc[axis, 1] * y + R_oc[axis, 2]
-            at, weight = depth[v, u], 1.0
-            if kind[v, u] == THROUGH:
-                lowest, at = deepest(values, lower, scale, t_oc, direction, predicted[v, u], at)
-                weight = sigma / max(-lowest, sigma)
+            at = depth[v, u]
+            if what == THROUGH:
+                at = deepest(values, lower, scale, t_oc, direction, predicted[v, u], at)
             px = t_oc[0] + at * direction[0]
             py = t_oc[1] + at * direction[1]
             pz = t_oc[2] + at * direction[2]
+            if what == BESIDE and (
+                max(box[0, 0] - px, px - box[1, 0]) > cutoff
+                or max(box[0, 1] - py, py - box[1, 1]) > cutoff
+                or max(box[0, 2] - pz, pz - box[1, 2]) > cutoff
+            ):
+                continue  # too far to count: most of the image, so worth asking first
             phi, gx, gy, gz = trilinear(values, lower, scale, px, py, pz)
-            if kind[v, u] != THROUGH:
-                if abs(phi) >= cutoff:
-                    continue
-                weight = (1.0 - (phi / cutoff) ** 2) ** 2
-                if kind[v, u] == BESIDE:
-                    weight *= beside
+            if what == THROUGH:
+                weight = sigma / max(-phi, sigma)
+            elif abs(phi) < cutoff:
+                weight = (1.0 - (phi / cutoff) ** 2) ** 2 * (beside if what == BESIDE else 1.0)
+            else:
+                continue
             row[0], row[1], row[2] = gy * pz - gz * py, gz * px - gx * pz, gx * py - gy * px
             row[3], row[4], row[5] = -gx, -gy, -gz
             weight /= sigma * sigma
