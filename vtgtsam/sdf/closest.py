@@ -48,7 +48,7 @@ class ClosestPoints:
             pads.points_p,
             np.ascontiguousarray(pads.points_p.T, dtype=np.float32),
             pads.offsets,
-            np.stack([_box_corners(pad.points_p) for pad in pads.pads]),
+            _box_corners(pads),
         )
         # What the search remembers from pose to pose: see search.py.
         self._memory = (
@@ -115,12 +115,9 @@ def _lipschitz(sdf: GridSdf) -> np.ndarray:
     return np.array([sdf.lipschitz, np.hypot(sdf.lipschitz, 1.0)])
 
 
-def _box_corners(points: np.ndarray) -> np.ndarray:
-    """Corners of the axis-aligned box around points (M, 3), shape (8, 3)."""
-    bounds = np.stack([points.min(axis=0), points.max(axis=0)])
-    return np.array(
-        [
-            [bounds[b, axis] for axis, b in enumerate(bits)]
-            for bits in itertools.product((0, 1), repeat=3)
-        ]
-    )
+def _box_corners(pads: PadSet) -> np.ndarray:
+    """Corners of the axis-aligned box around each pad's points, (K, 4, 3) where all lie at z = 0, else (K, 8, 3)."""
+    bounds = np.array([(pad.points_p.min(axis=0), pad.points_p.max(axis=0)) for pad in pads.pads])
+    flat = not bounds[:, :, 2].any()
+    choices = [c for c in itertools.product((0, 1), repeat=3) if not (flat and c[2])]
+    return np.stack([bounds[:, choice, (0, 1, 2)] for choice in choices], axis=1)

@@ -25,7 +25,7 @@ from .kernels import trilinear
 
 LOOK_AGAIN = 8  # all points are looked at again where more than 1 / LOOK_AGAIN of them remain
 ROUNDING = 2.0**-18  # bound of the single-precision pass, per metre of distance and of reach
-_NO_MEMORY = np.inf
+BLOCK = 64  # points skipped at once where none can be the closest
 
 
 @compiled
@@ -62,7 +62,7 @@ def closest_on_pads(
         points_p: All pads' points, each in its pad's frame, (P, 3).
         points32: The same in single precision, (3, P).
         offsets: Pad k's points are offsets[k] to offsets[k + 1].
-        corners: Corners of the box around each pad's points, in its frame, (K, 8, 3).
+        corners: Corners of the box around each pad's points, in its frame, (K, 4, 3) or (K, 8, 3).
         wanted: Pads whose distance is wanted whatever it is, (K,); of the others only if negative.
         near: Memory: single-precision distances at the pose last looked at, (P,).
         least: Memory: the least of them, (K,).
@@ -83,10 +83,19 @@ def closest_on_pads(
     for k in range(count):
         begin, end = offsets[k], offsets[k + 1]
         R, t = relative_pose(T_wo, T_wp[k])
-        rounding = rounding_bound(R, t, lower, largest, lipschitz[1], corners[k])
-        inside = is_inside(values.shape, lower, scale, R, t, corners[k])
-        slope = lipschitz[0] if inside and seen_inside[k] else lipschitz[1]
-        moved = slope * displacement(R, t, seen_R[k], seen_t[k], corners[k]) + rounding
+        inside, rounding, moved = bounds_of_pad(
+            values.shape,
+            lower,
+            scale,
+            lipschitz,
+            largest,
+            R,
+            t,
+            seen_R[k],
+            seen_t[k],
+            seen_inside[k],
+            corners[k],
+        )
         if not wanted[k] and least[k] > moved:
             continue
         limit = np.inf
@@ -95,19 +104,13 @@ def closest_on_pads(
             x, y, z = transform(R, t, p)
             bound = trilinear(values, lower, scale, x, y, z)[0]
             limit = moved + (bound if wanted[k] else min(bound, 0.0))
-        if count_up_to(near, begin, end, limit) * LOOK_AGAIN > end - begin:
+        if count_up_to(near, begin, end, np.float32(limit)) * LOOK_AGAIN > end - begin:
             least[k] = look(values, lower, scale, R, t, points32, begin, end, inside, near)
             seen_R[k], seen_t[k], seen_inside[k] = R, t, inside
             if not wanted[k] and least[k] > rounding:
                 continue
             limit = least[k] + 2 * rounding
-        best, at = np.inf, -1
-        for n in range(begin, end):
-            if near[n] <= limit:
-                x, y, z = transform(R, t, points_p[n])
-                phi = trilinear(values, lower, scale, x, y, z)[0]
-                if phi < best:
-                    best, at = phi, n
+        best, at = nearest_of(values, lower, scale, R, t, points_p, begin, end, near, limit)
         last[k] = at if at >= 0 else last[k]
         if at < 0 or (not wanted[k] and best >= 0):
             continue
@@ -120,6 +123,35 @@ def closest_on_pads(
         jacobians[k, 2] = gx * y - gy * x
         jacobians[k, 3], jacobians[k, 4], jacobians[k, 5] = -gx, -gy, -gz
     return distances, jacobians, indices
+
+
+@compiled
+def nearest_of(
+    values: Any,
+    lower: Any,
+    scale: Any,
+    R: Any,
+    t: Any,
+    points_p: Any,
+    begin: int,
+    end: int,
+    near: Any,
+    limit: float,
+) -> Any:
+    """Least distance, in double precision, among points [begin, end) with near <= limit, and which it is."""
+    limit32 = np.float32(limit)
+    best, at = np.inf, -1
+    for block in range(begin, end, BLOCK):
+        stop = min(block + BLOCK, end)
+        if count_up_to(near, block, stop, limit32) == 0:
+            continue
+        for n in range(block, stop):
+            if near[n] <= limit32:
+                x, y, z = transform(R, t, points_p[n])
+                phi = trilinear(values, lower, scale, x, y, z)[0]
+                if phi < best:
+                    best, at = phi, n
+    return best, at
 
 
 @compiled
@@ -156,51 +188,48 @@ def points_in_world(T_wp: Any, points_p: Any, indices: Any) -> Any:
 
 
 @compiled
-def displacement(R: Any, t: Any, seen_R: Any, seen_t: Any, corners: Any) -> float:
-    """Most that a point inside the box of ``corners`` moved between two poses [m].
+def bounds_of_pad(
+    shape: Any,
+    lower: Any,
+    scale: Any,
+    lipschitz: Any,
+    largest: float,
+    R: Any,
+    t: Any,
+    seen_R: Any,
+    seen_t: Any,
+    seen_inside: bool,
+    corners: Any,
+) -> Any:
+    """What holds for all points inside the box of ``corners``: (inside, rounding, moved).
 
-    The difference of two affine maps is affine and its norm convex, so the largest is at a corner.
+    inside: The box is in the grid, by 0.01 cells, which is more than single precision can be wrong.
+
+    rounding: Most that a single-precision distance is wrong [m]. A cell coordinate comes from 4 products and sums
+    and as many rounded inputs, each wrong by 2^-24 of at most the pad's reach from the grid's first node; three
+    axes together move phi by less than 28 L 2^-24 reach. Seven linear interpolations of three operations add less
+    than 48 x 2^-24 of the largest value, the distance beyond the grid less than 8 x 2^-24 reach. ``ROUNDING`` is
+    64 x 2^-24. The last factor 2 covers the comparisons with a limit rounded to single precision.
+
+    moved: Most that a point's distance differs from its single-precision distance at the pose seen [m], infinite
+    where none was. The difference of two affine maps is affine and its norm convex: the largest is at a corner.
     """
-    if not np.isfinite(seen_t[0]):
-        return _NO_MEMORY
-    most = 0.0
+    inside, reach, size, step = True, 0.0, 0.0, 0.0
     for c in range(len(corners)):
-        x, y, z = transform(R, t, corners[c])
-        a, b, d = transform(seen_R, seen_t, corners[c])
-        most = max(most, (x - a) ** 2 + (y - b) ** 2 + (z - d) ** 2)
-    return np.sqrt(most)  # type: ignore[no-any-return]
-
-
-@compiled
-def is_inside(shape: Any, lower: Any, scale: Any, R: Any, t: Any, corners: Any) -> bool:
-    """Whether the box of ``corners`` is in the grid, by 0.01 cells: more than single precision can be wrong."""
-    inside = True
-    for c in range(len(corners)):
-        x, y, z = transform(R, t, corners[c])
-        u, v, w = (x - lower[0]) * scale[0], (y - lower[1]) * scale[1], (z - lower[2]) * scale[2]
-        inside &= 0.01 < u < shape[0] - 1.01
-        inside &= 0.01 < v < shape[1] - 1.01
-        inside &= 0.01 < w < shape[2] - 1.01
-    return inside
-
-
-@compiled
-def rounding_bound(
-    R: Any, t: Any, lower: Any, largest: float, lipschitz: float, corners: Any
-) -> float:
-    """Most that the single-precision distance of a point of this pad is wrong [m].
-
-    A cell coordinate comes from 4 products and sums and as many rounded inputs, each wrong by 2^-24 of at most the
-    pad's reach from the grid's first node; three axes together move phi by less than 28 L 2^-24 reach. Seven
-    linear interpolations of three operations add less than 48 x 2^-24 of the largest value, the distance beyond
-    the grid less than 8 x 2^-24 reach. ``ROUNDING`` is 64 x 2^-24, and L at least 1.
-    """
-    reach, size = 0.0, 0.0
-    for c in range(len(corners)):
-        x, y, z = transform(R, t, corners[c])
-        reach = max(reach, abs(x - lower[0]), abs(y - lower[1]), abs(z - lower[2]))
-        size = max(size, abs(corners[c, 0]) + abs(corners[c, 1]) + abs(corners[c, 2]))
-    return ROUNDING * lipschitz * (largest + reach + size)
+        p = corners[c]
+        x, y, z = transform(R, t, p)
+        dx, dy, dz = x - lower[0], y - lower[1], z - lower[2]
+        inside &= 0.01 < dx * scale[0] < shape[0] - 1.01
+        inside &= 0.01 < dy * scale[1] < shape[1] - 1.01
+        inside &= 0.01 < dz * scale[2] < shape[2] - 1.01
+        reach = max(reach, abs(dx), abs(dy), abs(dz))
+        size = max(size, abs(p[0]) + abs(p[1]) + abs(p[2]))
+        a, b, d = transform(seen_R, seen_t, p)
+        step = max(step, (x - a) ** 2 + (y - b) ** 2 + (z - d) ** 2)
+    rounding = 2.0 * ROUNDING * lipschitz[1] * (largest + reach + size)
+    slope = lipschitz[0] if inside and seen_inside else lipschitz[1]
+    moved = slope * np.sqrt(step) + rounding if np.isfinite(seen_t[0]) else np.inf
+    return inside, rounding, moved
 
 
 @compiled
