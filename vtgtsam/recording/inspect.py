@@ -20,7 +20,7 @@ from .recording import Recording
 from .source import BagMessage
 
 if TYPE_CHECKING:
-    from ..hand import HandModel
+    from ..pads import PadSet
     from .topics import TopicMap
 
 GAP_PERIODS = 5  # a pause of so many usual periods is a gap
@@ -112,7 +112,7 @@ def _stream_line(stream: StreamSummary, width: int) -> str:
 
 def inspect_recording(
     path: str | Path,
-    hand: HandModel | str | Path | None = None,
+    hand: PadSet | str | Path | None = None,
     topics: TopicMap | str | Path | None = None,
 ) -> Inspection:
     """Look into a recording.
@@ -183,7 +183,7 @@ def _stream_problems(stream: StreamSummary) -> Iterator[str]:
 
 
 def _try_to_use(
-    path: str | Path, hand: HandModel | str | Path | None, topics: TopicMap | str | Path | None
+    path: str | Path, hand: PadSet | str | Path | None, topics: TopicMap | str | Path | None
 ) -> tuple[int | None, list[str], list[str]]:
     """Number of frames for the estimator (None: it cannot), what is wrong, what is worth knowing."""
     try:

@@ -24,11 +24,12 @@ from .topics import ObjectFile, TopicMap, Topics, load_topics
 if TYPE_CHECKING:
     from ..hand import HandModel
     from ..objects import ObjectModel
+    from ..pads import PadSet
 
 
 def read_recording(
     path: str | Path,
-    hand: HandModel | str | Path | None = None,
+    hand: PadSet | str | Path | None = None,
     object: ObjectModel | str | Path | None = None,
     topics: TopicMap | str | Path | None = None,
 ) -> Recording:
@@ -39,7 +40,8 @@ def read_recording(
 
     Args:
         path: The recording.
-        hand: The hand, or its name, or the path of its MJCF or URDF file.
+        hand: The hand, or its name, or the path of its MJCF or URDF file. It needs joints, for a
+            recording has no pad poses: a bare PadSet will not do.
         object: The object, or its name, or the path of its mesh.
         topics: Which topics hold what, or the path of such a map; None for our own names.
 
@@ -124,7 +126,7 @@ def _vision(
 
 
 def _hand(
-    hand: HandModel | str | Path | None,
+    hand: PadSet | str | Path | None,
     topic_map: TopicMap,
     info: dict[str, str],
     attachments: dict[str, bytes],
@@ -135,8 +137,13 @@ def _hand(
         hand = topic_map.hand
     if hand is None:
         return find_hand(info, attachments)
-    if not isinstance(hand, str | Path):
+    if isinstance(hand, HandModel):
         return hand
+    if not isinstance(hand, str | Path):
+        raise RecordingError(
+            f"{hand!r} has no joints, and a recording has no pad poses; give a HandModel, or the "
+            "name or file of one"
+        )
     if Path(hand).is_file():
         return HandModel.from_mjcf(hand, pads=topic_map.pads)
     return load_hand(hand)

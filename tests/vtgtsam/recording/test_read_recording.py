@@ -6,6 +6,7 @@ from sequences import HAND_XML, JOINTS, PADS, gripper, pose, write_sequence
 
 from vtgtsam.exceptions import HandError, RecordingError
 from vtgtsam.objects import load_object
+from vtgtsam.pads import PadSet
 from vtgtsam.recording import RecordingWriter, messages, names, read_recording
 from vtgtsam.recording.provenance import mesh_file, object_metadata
 
@@ -328,6 +329,12 @@ def test_a_recording_that_does_not_say_its_hand_or_object_says_what_to_give(tmp_
         _ = recording.object
     with pytest.raises(HandError, match="unknown hand 'nohand'"):
         _ = read_recording(tmp_path / "a.mcap", hand="nohand").hand
+
+
+def test_a_hand_without_joints_is_refused(tmp_path):
+    path = write_sequence(tmp_path / "a.mcap")
+    with pytest.raises(RecordingError, match="has no joints, and a recording has no pad poses"):
+        read_recording(path, hand=PadSet(gripper().pads)).measurements()
 
 
 def test_a_path_without_a_recording_is_refused(tmp_path):
