@@ -28,3 +28,7 @@ class ConfigError(VtgtsamError):
 
 class FactorError(VtgtsamError):
     """A factor's callback broke the contract that GTSAM does not check itself."""
+
+
+class NotFiniteError(ValueError):
+    """An angle or a pose is NaN or infinite: a matter of one frame, where other wrong arguments are the program's."""

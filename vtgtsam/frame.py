@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .compiled import compiled
+from .exceptions import NotFiniteError
 from .measurement import Measurement
 from .pads import PadSet
 
@@ -47,9 +48,12 @@ def check(measurement: Measurement, hand: PadSet) -> Frame:
             of one frame, not of the program: it is named in ``Frame.invalid``.
     """
     touching = np.flatnonzero(contact_bits(measurement.contacts, hand.pad_names))
-    T_wp = pad_poses(measurement, hand)
     visual, sigma = measurement.T_wo_visual, measurement.visual_sigma
     invalid = []
+    try:
+        T_wp = pad_poses(measurement, hand)
+    except NotFiniteError:
+        T_wp = np.full((len(hand), 4, 4), np.nan)
     if not np.isfinite(measurement.time):
         invalid.append("time")
     if not np.isfinite(T_wp).all():
@@ -93,6 +97,7 @@ def pad_poses(measurement: Measurement, hand: PadSet) -> np.ndarray:
 
     Raises:
         ValueError: Neither pad poses nor (for a hand with kinematics) joints are given, or they are malformed.
+        NotFiniteError: A joint angle is not finite.
     """
     if measurement.T_wp is None:
         from .hand import HandModel  # brings MuJoCo, which a PadSet does without

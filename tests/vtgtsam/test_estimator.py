@@ -8,7 +8,15 @@ import pytest
 from problems import as_reference, ball_sdf, frame, lump_sdf, pads_around
 from reference import exp_se3
 
-from vtgtsam import EstimatorConfig, Measurement, ObjectModel, Pad, PadSet, PoseEstimator
+from vtgtsam import (
+    EstimatorConfig,
+    Measurement,
+    ObjectModel,
+    Pad,
+    PadSet,
+    PoseEstimator,
+    load_hand,
+)
 from vtgtsam.covariance import covariance_of
 from vtgtsam.frame import check
 from vtgtsam.graph import OBJECT, as_graph
@@ -287,3 +295,20 @@ def test_one_pad_is_enough_to_run():
         Measurement(0.0, [True], T_wp=np.eye(4)[None], T_wo_visual=gtsam.Pose3())
     )
     assert estimate.T_wo is not None
+
+
+def test_a_hand_with_kinematics_is_the_same_hand_with_given_pad_poses():
+    hand = load_hand("isyhand")
+    joints = dict.fromkeys(hand.joint_names, 0.4)
+    T_wh = gtsam.Pose3(gtsam.Rot3.RzRyRx(0.1, -0.3, 0.2), np.array([0.3, 0.1, 0.5]))
+    seen = T_wh.compose(gtsam.Pose3(gtsam.Rot3(), np.array([0.1, 0.05, 0.07])))
+    obj = ObjectModel("ball", ball_sdf())
+    common = {"time": 0.0, "contacts": np.ones(len(hand), bool), "T_wo_visual": seen}
+    by_joints = PoseEstimator(hand, obj).update(Measurement(joints=joints, T_wh=T_wh, **common))
+    T_wp = hand.pad_transforms(joints, T_wh)
+    by_poses = PoseEstimator(PadSet(hand.pads), obj).update(Measurement(T_wp=T_wp, **common))
+    np.testing.assert_array_equal(by_joints.T_wo.matrix(), by_poses.T_wo.matrix())
+    broken = PoseEstimator(hand, obj).update(
+        Measurement(joints=joints | {hand.joint_names[3]: np.nan}, T_wh=T_wh, **common)
+    )
+    assert broken.status == "invalid"
