@@ -25,6 +25,9 @@ MEAN = 0.5  # [sigma], the same for the mean over a window
 WINDOW = 2  # [pixels], how far such a window reaches to each side
 CUTOFF = 3.0  # [sigma], Tukey's
 SLACK = 0.0015  # [m], what grid and mesh may be off; added to all of these
+AGAINST = 3.0  # how many pixels of surface one pixel against the pose outweighs
+PRIOR = np.diag([1 / 0.05**2] * 3 + [1 / 0.01**2] * 3)  # information [1/rad^2, 1/m^2] of the start
+CONVERGED = (5e-4, 2e-5)  # [rad, m], a step below which another one changes nothing
 
 
 class Shape:
@@ -80,45 +83,35 @@ class Evidence:
         shape: The object.
         view: The image.
         T_co: The pose to judge, object in camera.
-        beside: Weight of measured points beside the object's outline, in [0, 1].
 
     Attributes:
-        information: Of a right perturbation [rotation, translation] of the pose, shape (6, 6).
-        gradient: Of half the sum of squares, same order, shape (6,).
         outline: Number of pixels where the pose puts the object.
         surface: Number of those which show its surface there.
         through: Number of those which show something behind it.
     """
 
-    def __init__(self, shape: Shape, view: View, T_co: gtsam.Pose3, beside: float) -> None:
-        T_oc = T_co.inverse()
-        camera = view.camera
-        pose = (
+    def __init__(self, shape: Shape, view: View, T_co: gtsam.Pose3) -> None:
+        self._shape, self._view = shape, view
+        camera, T_oc = view.camera, T_co.inverse()
+        self._pose = (
             np.array([camera.fx, camera.fy, camera.cx, camera.cy]),
             T_oc.rotation().matrix(),
             np.asarray(T_oc.translation()),
         )
-        predicted = np.empty(view.depth.shape)
-        kernels.render(*shape.grid, shape.box, *pose, predicted)
+        self._predicted = np.empty(view.depth.shape)
         self.kind = np.empty(view.depth.shape, dtype=np.uint8)
-        single, mean = SINGLE * view.sigma + SLACK, MEAN * view.sigma + SLACK
-        kernels.classify(predicted, view.depth, view.hand, single, mean, WINDOW, self.kind)
-        self.information, self.gradient = np.zeros((6, 6)), np.zeros(6)
-        kernels.accumulate(
-            *shape.grid,
-            shape.box,
-            *pose,
+        kernels.render(*shape.grid, shape.box, *self._pose, self._predicted)
+        kernels.classify(
+            self._predicted,
             view.depth,
-            predicted,
+            view.hand,
+            SINGLE * view.sigma + SLACK,
+            MEAN * view.sigma + SLACK,
+            WINDOW,
             self.kind,
-            view.sigma,
-            CUTOFF * view.sigma + SLACK,
-            beside,
-            self.information,
-            self.gradient,
         )
         counts = np.bincount(self.kind.ravel(), minlength=5)
-        self.outline = int(np.count_nonzero(predicted < np.inf))
+        self.outline = int(np.count_nonzero(self._predicted < np.inf))
         self.surface = int(counts[kernels.SURFACE])
         self.through = int(counts[kernels.THROUGH])
 
@@ -126,6 +119,58 @@ class Evidence:
     def visible_fraction(self) -> float:
         """Share of the outline in which the object's surface is seen."""
         return self.surface / max(self.outline, 1)
+
+    @property
+    def contradiction(self) -> float:
+        """Share of pixels against the pose among those for or against it; 1 where there are none."""
+        return self.through / (self.surface + self.through) if self.surface else 1.0
+
+    @property
+    def score(self) -> float:
+        """Pixels for the pose less those against it, which weigh more, as a share of the outline."""
+        return (self.surface - AGAINST * self.through) / max(self.outline, 1)
+
+    def normal_equations(self, beside: float) -> tuple[np.ndarray, np.ndarray]:
+        """Information (6, 6) and gradient (6,) of half the weighted sum of squares.
+
+        Both are for a right perturbation [rotation, translation] of the pose.
+
+        Args:
+            beside: Weight of measured points beside the object's outline, in [0, 1].
+        """
+        information, gradient = np.zeros((6, 6)), np.zeros(6)
+        kernels.accumulate(
+            *self._shape.grid,
+            self._shape.box,
+            *self._pose,
+            self._view.depth,
+            self._predicted,
+            self.kind,
+            self._view.sigma,
+            CUTOFF * self._view.sigma + SLACK,
+            beside,
+            information,
+            gradient,
+        )
+        return information, gradient
+
+
+def align(
+    shape: Shape, view: View, start: gtsam.Pose3, beside: float, iterations: int
+) -> gtsam.Pose3:
+    """The pose T_co near ``start`` that agrees best with the image, by Gauss-Newton steps.
+
+    A weak prior at ``start`` holds what the image does not show: a can does not spin about its axis.
+    """
+    T_co = start
+    for _ in range(iterations):
+        information, gradient = Evidence(shape, view, T_co).normal_equations(beside)
+        away = start.localCoordinates(T_co)
+        delta = -np.linalg.solve(information + PRIOR, gradient + PRIOR @ away)
+        T_co = T_co.retract(delta)
+        if abs(delta[:3]).max() < CONVERGED[0] and abs(delta[3:]).max() < CONVERGED[1]:
+            break
+    return T_co
 
 
 def noise_of(depth: np.ndarray) -> float:

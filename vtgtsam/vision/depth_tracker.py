@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import gtsam
 import numpy as np
 
-from .alignment import Evidence, Shape, View, noise_of
+from .alignment import PRIOR, Evidence, Shape, View, align, noise_of
 from .camera import CameraIntrinsics
 from .hand_mask import HandMask
 from .tracker import TrackedPose
@@ -21,11 +21,11 @@ if TYPE_CHECKING:
     from ..objects import ObjectModel
 
 MARGIN = 0.02  # [m], around the object's bounding sphere: what it may move between two frames
-BESIDE = 0.1  # weight of points beside the outline, which may as well be the hand's
-BESIDE_HAND = 1.0
-PRIOR_SIGMA = np.array(
-    [0.05] * 3 + [0.01] * 3
-)  # [rad, m] per frame: holds what the image does not show
+BESIDE = 0.1  # weight of points beside the outline, which may as well be the hand's ...
+BESIDE_HAND = 1.0  # ... and where the hand's pixels are known
+CANDIDATES, KEPT = 40, 4
+VMIN = 0.08
+CMAX = 0.15
 FORMS = ("depth", "depth-hand")
 
 
@@ -60,6 +60,9 @@ class DepthTracker:
     def start(self, T_wo: gtsam.Pose3) -> None:
         """Begin a sequence at the pose of its first frame."""
         self._T_wo = T_wo
+        self._frames_lost = 0
+        self._hypotheses: list[gtsam.Pose3] = []
+        self._rng = np.random.default_rng(0)
 
     def update(
         self,
@@ -85,24 +88,43 @@ class DepthTracker:
         if self._hand is not None and joints is not None:
             T_hc = T_wc if T_wh is None else T_wh.inverse() * T_wc
             view.hand[:] = self._hand.mask(view.depth, view.camera, T_hc, joints)
-        T_co, seen = self._align(view, T_co)
+        T_co, seen = self._follow(view, T_co)
+        if not is_good(seen):
+            T_co, seen = self._search(view, T_co)
+            if not is_good(seen):
+                self._frames_lost += 1
+                return TrackedPose.lost(seen.visible_fraction)
+        self._frames_lost = 0
         self._T_wo = T_wc * T_co
-        covariance = np.linalg.inv(seen.information + 1e-2 * np.diag(1.0 / PRIOR_SIGMA**2))
-        return TrackedPose(self._T_wo, covariance, seen.visible_fraction, "ok")
+        information, _ = seen.normal_equations(self._beside)
+        return TrackedPose(
+            self._T_wo, np.linalg.inv(information + 1e-2 * PRIOR), seen.visible_fraction, "ok"
+        )
 
-    def _align(self, view: View, start: gtsam.Pose3) -> tuple[gtsam.Pose3, Evidence]:
-        prior = np.diag(1.0 / PRIOR_SIGMA**2)
-        T_co = start
-        coarse = view.strided(2)
-        for current, most in ((coarse, 4), (view, 2)):
-            for _ in range(most):
-                seen = Evidence(self._shape, current, T_co, self._beside)
-                step = start.localCoordinates(T_co)
-                delta = np.linalg.solve(seen.information + prior, -(seen.gradient + prior @ step))
-                T_co = T_co.retract(delta)
-                if abs(delta[:3]).max() < 5e-4 and abs(delta[3:]).max() < 2e-5:
-                    break
-        return T_co, seen
+    def _follow(self, view: View, T_co: gtsam.Pose3) -> tuple[gtsam.Pose3, Evidence]:
+        T_co = align(self._shape, view.strided(2), T_co, self._beside, iterations=4)
+        T_co = align(self._shape, view, T_co, self._beside, iterations=2)
+        return T_co, Evidence(self._shape, view, T_co)
+
+    def _search(self, view: View, T_co: gtsam.Pose3) -> tuple[gtsam.Pose3, Evidence]:
+        """The best of many poses around the last good one, spread the wider the longer it is lost."""
+        spread = 1.0 + self._frames_lost / 5
+        sigma = np.array([min(0.1 * spread, 1.5)] * 3 + [min(0.006 * spread, 0.04)] * 3)
+        center = gtsam.Pose3(gtsam.Rot3(), self._shape.center_o)
+        tries = [
+            T_co * center * gtsam.Pose3.Expmap(xi) * center.inverse()
+            for xi in self._rng.normal(size=(CANDIDATES, 6)) * sigma
+        ]
+        tries += self._hypotheses
+        coarse = view.strided(3)
+        scores = [Evidence(self._shape, coarse, T).score for T in tries]
+        best = np.argsort(scores)[::-1][:KEPT]
+        half = view.strided(2)
+        self._hypotheses = [
+            align(self._shape, half, tries[i], self._beside, iterations=4) for i in best
+        ]
+        scores = [Evidence(self._shape, half, T).score for T in self._hypotheses]
+        return self._follow(view, self._hypotheses[int(np.argmax(scores))])
 
     def _view(self, depth: np.ndarray, T_co: gtsam.Pose3) -> View | None:
         """The image around the object's bounding sphere; None where that lies outside the image."""
@@ -126,3 +148,8 @@ class DepthTracker:
             self.camera.cropped(left, top, right - left, bottom - top),
             max(noise_of(near), 0.5e-3),
         )
+
+
+def is_good(seen: Evidence) -> bool:
+    """Whether an image supports a pose."""
+    return seen.visible_fraction > VMIN and seen.contradiction < CMAX
