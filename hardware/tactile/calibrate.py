@@ -154,8 +154,8 @@ def save_scale(path: str | Path, scale: PadScale, wiring: PadWiring) -> None:
             "baseline_ohm": round(float(scale.baseline[index]), 1),
             "drop_ohm": round(float(scale.drop[index]), 1),
         }
-        for index, names in enumerate(wiring.inputs)
-        for name in names
+        for index, entry in enumerate(wiring.inputs)
+        for name in entry.pads
         if np.isfinite(scale.drop[index])
     }
     text = yaml.safe_dump({"pads": pads}, sort_keys=False)
@@ -179,9 +179,10 @@ def load_scale(path: str | Path, wiring: PadWiring) -> PadScale:
     if not isinstance(pads, Mapping):
         raise ConfigError(f"{path} holds no pad calibration: it needs a mapping 'pads'")
     values = np.full((len(wiring.inputs), 2), np.nan)
-    for index, names in enumerate(wiring.inputs):
-        if names[0] in pads:
-            values[index] = _entry(pads[names[0]], f"{path}, {names[0]}")
+    for index, entry in enumerate(wiring.inputs):
+        name = entry.pads[0]
+        if name in pads:
+            values[index] = _entry(pads[name], f"{path}, {name}")
     missing = [
         wiring.label(index) for index in np.flatnonzero(wiring.enabled & np.isnan(values[:, 1]))
     ]

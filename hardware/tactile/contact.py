@@ -50,6 +50,7 @@ class ContactDetector:
         self._baseline = baseline
         self._input_of = wiring.input_of(pad_names)
         self._off = np.array([name in wiring.disabled for name in pad_names])
+        self._release = wiring.threshold if wiring.release is None else wiring.release
         self._touched = np.zeros(len(wiring.inputs), dtype=bool)
 
     def update(self, values: np.ndarray) -> PadState:
@@ -59,7 +60,7 @@ class ContactDetector:
             values: The board's readings, shape (N,).
         """
         inputs = pressure(self._wiring.resistance(values), self._baseline, self._drop)
-        level = np.where(self._touched, self._wiring.release, self._wiring.threshold)
+        level = np.where(self._touched, self._release, self._wiring.threshold)
         self._touched = inputs > level  # NaN compares false: a dead input is never in contact
         pads = np.where(self._off, np.nan, inputs[self._input_of])
         return PadState(pressure=pads, contacts=self._touched[self._input_of] & ~self._off)

@@ -8,90 +8,108 @@ entry an input, in the order of the board:
     pads:
       inputs:
         - {pads: [pad_index_distal], reference_ohm: 10000}
-        - {pads: [pad_palm_left_a, pad_palm_left_b], reference_ohm: 4700}
-      disabled: [pad_thumb_tip]
+        - {pads: [pad_palm_inner_1, pad_palm_inner_2], reference_ohm: 4700}
+      disabled: [pad_thumb_distal]
       threshold: 0.15      # of a press with 6 N
-      release: 0.08        # hysteresis; where not given, the threshold itself
+      release: 0.08        # hysteresis; where not given, the threshold itself, as in the paper
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any
+from collections.abc import Iterable
+from typing import Annotated
 
 import numpy as np
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from vtgtsam.exceptions import ConfigError
 
 from .frame import FULL_SCALE
 
-THRESHOLD = 0.15  # fraction of a press with 6 N
 _USABLE = 0.01, 0.99  # of the supply voltage: below is a short circuit, above an open one
 
+_Fraction = Annotated[float, Field(gt=0, lt=1)]
 
-@dataclass(frozen=True, eq=False)
-class PadWiring:
+
+class _Model(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+class PadInput(_Model):
+    """One input of the board.
+
+    Attributes:
+        pads: The pads on it, more than one where they are wired in parallel.
+        reference_ohm: Its reference resistor [ohm], best about the pads' resistance untouched.
+    """
+
+    pads: tuple[str, ...] = Field(min_length=1)
+    reference_ohm: float = Field(gt=0, allow_inf_nan=False)
+
+
+class PadWiring(_Model):
     """The pads of a hand as the board sees them.
 
     Attributes:
-        inputs: Names of the pads on each input.
-        reference_ohm: Reference resistor of each input [ohm], shape (N,).
+        inputs: The board's inputs, in its order.
         disabled: Pads whose contact bit is to stay off.
         threshold: Contact begins above it; fraction of a press with 6 N.
-        release: Contact ends below it; the same fraction or a lower one.
+        release: Contact ends below it; None where that is the threshold.
     """
 
-    inputs: tuple[tuple[str, ...], ...]
-    reference_ohm: np.ndarray
+    inputs: tuple[PadInput, ...] = Field(min_length=1)
     disabled: frozenset[str] = frozenset()
-    threshold: float = THRESHOLD
-    release: float = THRESHOLD
+    threshold: _Fraction = 0.15
+    release: _Fraction | None = None
 
-    def __post_init__(self) -> None:
+    @model_validator(mode="after")
+    def _check(self) -> PadWiring:
         names = self.pad_names
         doubles = sorted({name for name in names if names.count(name) > 1})
         if doubles:
-            raise ConfigError(f"pads: on more than one input: {', '.join(doubles)}")
-        unknown = sorted(self.disabled - set(names))
+            raise ValueError(f"each pad is on one input; on more: {', '.join(doubles)}")
+        unknown = sorted(self.disabled.difference(names))
         if unknown:
-            raise ConfigError(f"pads: disabled but on no input: {', '.join(unknown)}")
-        if not 0 < self.release <= self.threshold < 1:
-            raise ConfigError(
-                "pads: needs 0 < release <= threshold < 1, got "
-                f"release {self.release:g} and threshold {self.threshold:g}"
+            raise ValueError(f"disabled, but on no input: {', '.join(unknown)}")
+        if self.release is not None and self.release > self.threshold:
+            raise ValueError(
+                f"release must not exceed the threshold {self.threshold:g}, is {self.release:g}"
             )
+        return self
 
     @property
     def pad_names(self) -> tuple[str, ...]:
         """All pads, in the order of the inputs."""
-        return tuple(name for pads in self.inputs for name in pads)
+        return tuple(name for entry in self.inputs for name in entry.pads)
 
     @property
     def enabled(self) -> np.ndarray:
         """Which inputs have a pad that is not disabled, shape (N,)."""
-        return np.array([not self.disabled.issuperset(pads) for pads in self.inputs])
+        return np.array([not self.disabled.issuperset(entry.pads) for entry in self.inputs])
 
     def input_of(self, pad_names: Iterable[str]) -> np.ndarray:
-        """The input that each of these pads is on, shape (K,).
+        """The input that each of the hand's pads is on, shape (K,).
+
+        Args:
+            pad_names: The hand's pads.
 
         Raises:
             ConfigError: A pad is on no input, or an input has a pad that is not among these.
         """
         pad_names = tuple(pad_names)
-        index = {name: i for i, pads in enumerate(self.inputs) for name in pads}
+        index = {name: i for i, entry in enumerate(self.inputs) for name in entry.pads}
         missing = [name for name in pad_names if name not in index]
-        strange = sorted(set(index) - set(pad_names))
+        strange = sorted(set(index).difference(pad_names))
         if missing or strange:
             raise ConfigError(
-                "pads: the inputs must list the hand's pads; missing: "
+                "the inputs under 'pads' in the hand's file must list the hand's pads; missing: "
                 f"{', '.join(missing) or 'none'}; not of this hand: {', '.join(strange) or 'none'}"
             )
         return np.array([index[name] for name in pad_names])
 
     def label(self, index: int) -> str:
         """The input's pads, for people to read."""
-        return " and ".join(self.inputs[index])
+        return " and ".join(self.inputs[index].pads)
 
     def resistance(self, values: np.ndarray) -> np.ndarray:
         """Resistances of the inputs [ohm], shape (..., N); NaN where shorted or open.
@@ -104,55 +122,7 @@ class PadWiring:
         fraction = np.where((fraction >= low) & (fraction <= high), fraction, np.nan)
         return self.reference_ohm * fraction / (1.0 - fraction)
 
-
-def wiring_from_mapping(section: Mapping[str, Any]) -> PadWiring:
-    """The wiring that the section ``pads`` of a hand's YAML file describes.
-
-    Raises:
-        ConfigError: Something in it is missing, unknown or of the wrong kind.
-    """
-    _check_keys(section, "pads", {"inputs"}, {"disabled", "threshold", "release"})
-    inputs = section["inputs"]
-    if not isinstance(inputs, list) or not inputs:
-        raise ConfigError(f"pads: inputs must be a list with one entry an input, got {inputs!r}")
-    for entry in inputs:
-        _check_keys(entry, "pads: inputs", {"pads", "reference_ohm"}, set())
-    threshold = _number(section.get("threshold", THRESHOLD), "threshold")
-    return PadWiring(
-        inputs=tuple(_names(entry["pads"], "pads of an input") for entry in inputs),
-        reference_ohm=np.array([_ohm(entry["reference_ohm"]) for entry in inputs]),
-        disabled=frozenset(_names(section.get("disabled", []), "disabled", empty=True)),
-        threshold=threshold,
-        release=_number(section.get("release", threshold), "release"),
-    )
-
-
-def _check_keys(section: object, where: str, needed: set[str], optional: set[str]) -> None:
-    if not isinstance(section, Mapping):
-        raise ConfigError(f"{where}: must be a mapping with {', '.join(sorted(needed))}")
-    missing, unknown = needed - set(section), set(section) - needed - optional
-    if missing or unknown:
-        raise ConfigError(
-            f"{where}: missing keys: {', '.join(sorted(missing)) or 'none'}; unknown keys: "
-            f"{', '.join(sorted(map(str, unknown))) or 'none'}"
-        )
-
-
-def _names(value: object, where: str, empty: bool = False) -> tuple[str, ...]:
-    is_list = isinstance(value, Sequence) and not isinstance(value, str)
-    if not is_list or not (value or empty) or not all(isinstance(name, str) for name in value):
-        raise ConfigError(f"pads: {where} must be a list of pad names, got {value!r}")
-    return tuple(value)
-
-
-def _number(value: object, where: str) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        raise ConfigError(f"pads: {where} must be a number, got {value!r}")
-    return float(value)
-
-
-def _ohm(value: object) -> float:
-    ohm = _number(value, "reference_ohm")
-    if not (0 < ohm < np.inf):
-        raise ConfigError(f"pads: reference_ohm must be positive, got {ohm:g}")
-    return ohm
+    @property
+    def reference_ohm(self) -> np.ndarray:
+        """The reference resistors [ohm], shape (N,)."""
+        return np.array([entry.reference_ohm for entry in self.inputs])

@@ -64,8 +64,8 @@ class PadWizard:
         """The pads to press, each with its input."""
         return [
             (index, name)
-            for index, names in enumerate(self.wiring.inputs)
-            for name in names
+            for index, entry in enumerate(self.wiring.inputs)
+            for name in entry.pads
             if name not in self.wiring.disabled
         ]
 

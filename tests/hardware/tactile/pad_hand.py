@@ -5,7 +5,7 @@ import numpy as np
 
 from hardware.emulate.pad_signal import PadSignal, in_parallel, random_parameters
 from hardware.tactile.frame import FULL_SCALE
-from hardware.tactile.wiring import PadWiring
+from hardware.tactile.wiring import PadInput, PadWiring
 
 DT = 0.02  # [s]
 FINGER_PADS = tuple(
@@ -17,8 +17,10 @@ PADS = (*FINGER_PADS, *PALM_PADS[0], *PALM_PADS[1])
 
 def wiring(rest_ohm=None, **options):
     """The wiring, each reference resistor as large as its input's untouched resistance."""
-    inputs = (*((name,) for name in FINGER_PADS), *PALM_PADS)
-    return PadWiring(inputs, np.full(14, 10e3) if rest_ohm is None else rest_ohm, **options)
+    names = (*((name,) for name in FINGER_PADS), *PALM_PADS)
+    ohms = np.full(14, 10e3) if rest_ohm is None else rest_ohm
+    inputs = [PadInput(pads=n, reference_ohm=o) for n, o in zip(names, ohms, strict=True)]
+    return PadWiring(inputs=inputs, **options)
 
 
 class EmulatedPads:

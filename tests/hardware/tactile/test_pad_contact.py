@@ -1,6 +1,4 @@
 # SPDX-License-Identifier: MIT
-import dataclasses
-
 import numpy as np
 import pytest
 from pad_hand import PADS, EmulatedPads, grasp, untouched, wiring
@@ -111,7 +109,7 @@ def score(grasps, baseline_of_the_bench=False, pads=slice(0, 12), **options):
     """
     hits = false = misses = rest = flicker = 0
     for hand, scale, baseline, values, truth in grasps:
-        hand = dataclasses.replace(hand, **options)
+        hand = hand.model_copy(update=options)
         base = scale.baseline if baseline_of_the_bench else baseline
         detector = ContactDetector(hand, scale, base, PADS)
         bits = np.array([detector.update(row).contacts for row in values])[:, pads]
