@@ -18,7 +18,7 @@ import mujoco
 import numpy as np
 
 from . import hand_file
-from .exceptions import HandError
+from .exceptions import HandError, NotFiniteError
 from .pads import Pad, PadSet
 
 if TYPE_CHECKING:
@@ -54,6 +54,7 @@ class HandModel(PadSet):
         name: The hand's name, the file's model name.
         model: The MuJoCo model of the hand alone, frame h at the world's origin.
         joint_names: Names of the joints, in the model's order.
+        coupled_joints: Those that the file makes follow another joint (mimic).
         source: Path of the file, or None where the hand came from text.
         xml: The hand as MJCF text that needs no other file.
     """
@@ -68,7 +69,7 @@ class HandModel(PadSet):
             xml: The hand as MJCF text that needs no other file.
         """
         boxes = hand_file.find_pads(model, pads)
-        super().__init__(Pad(box.name, box.size) for box in boxes)
+        super().__init__(Pad(box.name, box.size[:2]) for box in boxes)
         self.name = name
         self.model = model
         self.source: Path | None = None
@@ -77,6 +78,7 @@ class HandModel(PadSet):
         self._bodies = np.array([box.body for box in boxes])
         self._T_bp = np.array([box.T_bp for box in boxes])
         self._couplings = _couplings(model)
+        self.coupled_joints = tuple(self._couplings)
         self._data = mujoco.MjData(model)
 
     @classmethod
@@ -177,7 +179,7 @@ class HandModel(PadSet):
                 for name, angle in zip(self.joint_names, q, strict=True)
                 if not np.isfinite(angle)
             ]
-            raise ValueError(f"joint angles must be finite, these are not: {', '.join(bad)}")
+            raise NotFiniteError(f"joint angles must be finite, these are not: {', '.join(bad)}")
         return q
 
     def _from_mapping(self, joints: Mapping[str, float]) -> np.ndarray:

@@ -24,7 +24,7 @@ class PadBox:
 
     Attributes:
         name: The pad's name.
-        size: Length along x and width along y [m], shape (2,).
+        size: Length of the box along its x, y and z [m], shape (3,).
         body: Id of the body b in the model.
         T_bp: Pose of the pad frame, origin at the centre of the box's +z face, shape (4, 4).
     """
@@ -193,7 +193,7 @@ class _Shape:
         T_bp = np.eye(4)
         T_bp[:3, :3] = rotation.reshape(3, 3)
         T_bp[:3, 3] = self._view.pos + half[2] * T_bp[:3, 2]  # type: ignore[attr-defined]
-        return PadBox(self.name, 2 * half[:2], self._body, T_bp)
+        return PadBox(self.name, 2 * half, self._body, T_bp)
 
 
 def _one_line(error: Exception) -> str:

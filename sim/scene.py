@@ -1,0 +1,211 @@
+# SPDX-License-Identifier: MIT
+"""The MuJoCo scene: a hand on a turning wrist, an object above its palm, a camera.
+
+``build`` returns the model and does nothing else. The hand's own file is extended, not repeated: motors
+and the pads' contact geometry are added to its specification. The world frame w has the hand's origin as
+its own, the palm up (+z) and the fingers along +x until the wrist turns.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import mujoco
+import numpy as np
+
+from vtgtsam import HandModel, ObjectModel
+from vtgtsam.hand_file import compile_hand, find_pads, parse_spec, read_spec
+
+from . import constants as c
+from .convex import convex_parts
+from .description import GraspDescription
+
+if TYPE_CHECKING:
+    import trimesh
+
+WRIST, OBJECT, CAMERA = "wrist", "object", "camera"
+HAND = "hand/"  # begins the name of everything that comes from the hand's file
+VISIBLE, CONTACT_ONLY = 1, 3  # geom groups; MuJoCo shows 0-2
+# Every geom of the hand that touches anything touches the object, whatever bits its author chose; pads
+# have a bit of their own and touch nothing else.
+_OBJECT_BITS, _PAD_BIT = 0x7FFFFFFF, 1 << 30
+
+
+def build(description: GraspDescription, hand: HandModel, obj: ObjectModel) -> mujoco.MjModel:
+    """The scene as a compiled model; the object stands at the world's origin until it is placed.
+
+    Raises:
+        HandError: The description names joints that the hand does not have.
+    """
+    description.check(hand)
+    scene = mujoco.MjSpec()
+    scene.modelname = f"{hand.name} and {obj.name}"
+    _set_physics(scene)
+    _light(scene)
+    _add_hand(scene, description, hand)
+    _add_object(scene, obj)
+    _add_camera(scene, description)
+    return scene.compile()
+
+
+def _set_physics(scene: mujoco.MjSpec) -> None:
+    scene.option.timestep = c.TIME_STEP
+    scene.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
+    scene.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    scene.compiler.boundmass, scene.compiler.boundinertia = 1e-6, 1e-9  # links without mass
+    scene.compiler.balanceinertia = True
+
+
+def _light(scene: mujoco.MjSpec) -> None:
+    scene.visual.headlight.ambient = (0.35, 0.35, 0.35)
+    scene.visual.headlight.diffuse = (0.35, 0.35, 0.35)
+    scene.visual.global_.offwidth, scene.visual.global_.offheight = 1280, 960
+    scene.worldbody.add_light(pos=(0.5, -0.4, 1.2), dir=(-0.4, 0.4, -1.1), castshadow=True)
+
+
+def _add_hand(scene: mujoco.MjSpec, description: GraspDescription, hand: HandModel) -> None:
+    wrist = scene.worldbody.add_body(name=WRIST, quat=_quat(description.palm.level()))
+    across = np.cross(description.palm.normal, description.palm.fingers)
+    wrist.add_joint(name=WRIST, axis=-across)  # a positive angle lifts the fingers
+    _add_servo(scene, WRIST, c.WRIST_GAIN, c.WRIST_DAMPING, np.inf)
+    if description.forearm is not None:
+        ends = [*description.forearm.start, *description.forearm.end]
+        wrist.add_geom(
+            type=mujoco.mjtGeom.mjGEOM_CYLINDER,
+            fromto=ends,
+            size=(description.forearm.radius, 0, 0),
+            rgba=(0.2, 0.2, 0.22, 1),
+            contype=0,
+            conaffinity=0,
+        )
+    scene.attach(_extended_hand(description, hand), prefix=HAND, frame=wrist.add_frame())
+    _add_motors(scene, description, hand)
+
+
+def _extended_hand(description: GraspDescription, hand: HandModel) -> mujoco.MjSpec:
+    """The hand's specification with contact geometry for its pads, without motors of its own."""
+    spec = read_spec(hand.source) if hand.source else parse_spec(hand.xml)
+    compile_hand(spec)  # leaves out meshes that are missing
+    for part in [*spec.actuators, *spec.keys, *spec.sensors, *spec.cameras, *spec.lights]:
+        spec.delete(part)
+    for box in find_pads(hand.model, description.pads):
+        body = spec.body(hand.model.body(box.body).name) if box.body else spec.worldbody
+        for geom in body.geoms:
+            if (geom.name or body.name) == box.name:  # a pad that is a geom in its file
+                geom.contype = geom.conaffinity = 0
+        body.add_geom(
+            name=f"{box.name} contact",
+            type=mujoco.mjtGeom.mjGEOM_BOX,
+            size=box.size / 2,
+            pos=box.T_bp[:3, 3] - box.size[2] / 2 * box.T_bp[:3, 2],
+            quat=_quat(box.T_bp[:3, :3]),
+            mass=0,
+            contype=0,
+            conaffinity=_PAD_BIT,
+            group=VISIBLE,
+            rgba=(0.95, 0.75, 0.2, 1),
+        )
+    return spec
+
+
+def pad_geom(pad_name: str) -> str:
+    """Name of the geom that stands for a pad in the scene."""
+    return f"{HAND}{pad_name} contact"
+
+
+def _add_motors(scene: mujoco.MjSpec, description: GraspDescription, hand: HandModel) -> None:
+    ranks = description.ranks()
+    for name in hand.joint_names:
+        joint = scene.joint(HAND + name)
+        joint.armature = c.ARMATURE
+        joint.damping = np.array([c.JOINT_DAMPING, 0.0, 0.0])
+        if name not in hand.coupled_joints:
+            rank = ranks.get(name)
+            gain, damping = (c.HOLD_GAIN, c.HOLD_DAMPING) if rank is None else _gains(rank)
+            _add_servo(scene, joint.name, gain, damping, c.STALL_TORQUE)
+
+
+def _gains(rank: int) -> tuple[float, float]:
+    rank = min(rank, len(c.GAINS) - 1)
+    return c.GAINS[rank], c.DAMPINGS[rank]
+
+
+def _add_servo(
+    scene: mujoco.MjSpec, joint: str, gain: float, damping: float, max_torque: float
+) -> None:
+    servo = scene.add_actuator(name=joint, target=joint, trntype=mujoco.mjtTrn.mjTRN_JOINT)
+    servo.set_to_position(kp=gain, kv=damping)
+    if np.isfinite(max_torque):
+        servo.forcelimited = True
+        servo.forcerange = (-max_torque, max_torque)
+
+
+def _add_object(scene: mujoco.MjSpec, obj: ObjectModel) -> None:
+    body = scene.worldbody.add_body(name=OBJECT)
+    body.add_freejoint(name=OBJECT)
+    _set_inertia(body, obj)
+    _add_mesh(scene, OBJECT, obj.mesh.vertices, obj.mesh.faces)
+    body.add_geom(
+        name=OBJECT,
+        type=mujoco.mjtGeom.mjGEOM_MESH,
+        meshname=OBJECT,
+        contype=0,
+        conaffinity=0,
+        mass=0,
+        group=VISIBLE,
+        rgba=(0.25, 0.5, 0.75, 1),
+    )
+    for index, (vertices, faces) in enumerate(convex_parts(obj.mesh)):
+        name = f"{OBJECT} part {index}"
+        _add_mesh(scene, name, vertices, faces)
+        body.add_geom(
+            name=name,
+            type=mujoco.mjtGeom.mjGEOM_MESH,
+            meshname=name,
+            contype=_OBJECT_BITS,
+            conaffinity=_OBJECT_BITS,
+            mass=0,
+            group=CONTACT_ONLY,
+            priority=1,  # its contact parameters count, not the hand's
+            solref=c.SOLREF,
+            solimp=c.SOLIMP,
+        )
+
+
+def _add_mesh(scene: mujoco.MjSpec, name: str, vertices: np.ndarray, faces: np.ndarray) -> None:
+    scene.add_mesh(
+        name=name,
+        uservert=np.asarray(vertices, dtype=np.float64).ravel(),
+        userface=np.asarray(faces, dtype=np.int32).ravel(),
+        inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL,  # not used; never fails
+    )
+
+
+def _set_inertia(body: mujoco.MjsBody, obj: ObjectModel) -> None:
+    """Mass and inertia of a body of even density."""
+    solid: trimesh.Trimesh = obj.mesh if obj.mesh.is_volume else obj.mesh.convex_hull
+    mass = obj.mass if obj.mass is not None else min(c.DENSITY * solid.volume, c.MAX_MASS)
+    inertia = solid.moment_inertia * mass / solid.volume
+    body.explicitinertial = True
+    body.mass = mass
+    body.ipos = solid.center_mass
+    xx, yy, zz = np.diag(inertia)
+    body.fullinertia = (xx, yy, zz, inertia[0, 1], inertia[0, 2], inertia[1, 2])
+
+
+def _add_camera(scene: mujoco.MjSpec, description: GraspDescription) -> None:
+    """A camera that looks at the palm from where the paper has it."""
+    target = description.palm.level() @ description.palm.center
+    position = target + (c.CAMERA_DISTANCE, 0.0, c.CAMERA_HEIGHT)
+    back = (position - target) / np.linalg.norm(position - target)
+    right = np.cross((0.0, 0.0, 1.0), back)
+    right /= np.linalg.norm(right)
+    # MuJoCo's cameras look along -z with y up.
+    rotation = np.column_stack([right, np.cross(back, right), back])
+    scene.worldbody.add_camera(name=CAMERA, pos=position, quat=_quat(rotation), fovy=c.CAMERA_FOVY)
+
+
+def _quat(R: np.ndarray) -> np.ndarray:
+    quat_wxyz = np.empty(4)
+    mujoco.mju_mat2Quat(quat_wxyz, np.asarray(R, dtype=np.float64).ravel())
+    return quat_wxyz
