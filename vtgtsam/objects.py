@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from .exceptions import MeshError
-from .meshes import check_extent, read_mesh, sha256_of
+from .meshes import check_size, read_mesh, sha256_of
 from .sdf.build import build_sdf
 
 if TYPE_CHECKING:
@@ -91,7 +91,7 @@ def load_object(
         mesh, name, source = shape.mesh(), shape.name, shape.name
     sha256 = sha256_of(mesh.vertices, mesh.faces)
     mesh.apply_scale(scale)
-    check_extent(mesh.vertices, name)
+    check_size(mesh.vertices, mesh.faces, name)
     shift = _origin(origin, np.asarray(mesh.bounds))
     mesh.apply_translation(-shift)
     return ObjectModel(
