@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
 """The simulated depth camera: ray casting, which needs no graphics driver, and the paper's noise.
 
-Intrinsics and place follow the paper (section "Simulation Experiment Setup"): a RealSense D435 that looks
-at the palm from a horizontal distance of 0.6 m and a vertical distance of 0.576 m.
+Intrinsics and noise follow the paper (section "Simulation Experiment Setup"), a RealSense D435; its place is the
+scene's matter.
 """
 
 from __future__ import annotations
@@ -17,22 +17,11 @@ from vtgtsam.vision.camera import CameraIntrinsics
 if TYPE_CHECKING:
     import mujoco
 
-# Depth aligned to the D435's colour image, as trackers of RGB-D images use it: a horizontal field of view of
-# 69 degrees at 16:9 (datasheet 337029, table 3-16) leaves 55 degrees of the 4:3 image, so f = 320 / tan(27.5 deg).
+# Depth aligned to the colour image, as trackers of RGB-D images use it. The D435's colour camera sees 42.5
+# degrees from top to bottom (its datasheet; +-3 degrees): f = 240 / tan(21.3 deg) = 615 pixels.
 D435 = CameraIntrinsics(width=640, height=480, fx=615.0, fy=615.0, cx=319.5, cy=239.5)
-CAMERA_OFFSET_W = np.array([0.6, 0.0, 0.576])  # [m], from the palm to the camera
-MAX_RANGE = 3.0  # [m], ideal range of the D435 ends here (same datasheet)
+MAX_RANGE = 3.0  # [m], end of the range Intel calls ideal for it
 VISIBLE_GROUPS = (0, 1, 2)  # the geom groups MuJoCo shows by default; contact-only geometry is in 3
-
-
-def look_at(position_w: np.ndarray, target_w: np.ndarray) -> gtsam.Pose3:
-    """Pose T_wc of a camera at one point [m] that looks at another, its image upright (world z up)."""
-    forward = np.asarray(target_w, dtype=np.float64) - position_w
-    forward /= np.linalg.norm(forward)
-    right = np.cross(forward, [0.0, 0.0, 1.0])
-    right /= np.linalg.norm(right)
-    rotation = np.column_stack([right, np.cross(forward, right), forward])
-    return gtsam.Pose3(gtsam.Rot3(rotation), np.asarray(position_w, dtype=np.float64))
 
 
 class DepthCamera:

@@ -84,12 +84,12 @@ class CameraIntrinsics:
             raise ValueError(
                 f"the depth image must have shape {(self.height, self.width)}, got {image.shape}"
             )
-        if np.nanmax(image, initial=0.0) > 65.0:  # no depth camera of a robot hand sees that far
+        image[~(np.isfinite(image) & (image > 0.0))] = 0.0
+        if image.max() > 65.0:  # no depth camera of a robot hand sees that far
             raise ValueError(
-                f"depths must be in metres, got up to {np.nanmax(image):g}; "
+                f"depths must be in metres, got up to {image.max():g}; "
                 "divide a 16 bit image of millimetres by 1000"
             )
-        image[~(np.isfinite(image) & (image > 0.0))] = 0.0
         return image
 
     def back_project(self, depth: np.ndarray) -> np.ndarray:
