@@ -52,8 +52,8 @@ class ObjectModel:
     def center(self) -> np.ndarray:
         """Centre of the bounding box (of the grid, where there is no mesh) [m], shape (3,)."""
         if self.mesh is None:
-            return (self.sdf.lower + self.sdf.upper) / 2
-        return np.asarray(self.mesh.bounds).mean(axis=0)
+            return np.asarray((self.sdf.lower + self.sdf.upper) / 2)
+        return np.asarray(np.mean(self.mesh.bounds, axis=0))
 
     def __repr__(self) -> str:
         mm = (self.sdf.upper - self.sdf.lower if self.mesh is None else self.mesh.extents) * 1e3
@@ -123,7 +123,7 @@ def _origin(origin: Sequence[float] | str | None, bounds: np.ndarray) -> np.ndar
     if isinstance(origin, str):
         if origin != "center":
             raise ValueError(f'origin must be three numbers [m], "center" or None, got {origin!r}')
-        return bounds.mean(axis=0)
+        return np.asarray(bounds.mean(axis=0))
     shift = np.asarray(origin, dtype=np.float64)
     if shift.shape != (3,) or not np.isfinite(shift).all():
         raise ValueError(f'origin must be three numbers [m], "center" or None, got {origin!r}')

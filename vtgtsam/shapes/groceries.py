@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 import trimesh
+from scipy.interpolate import PchipInterpolator
 
 from .shape import Shape
 from .solids import revolve, rounded_box, rounded_rectangle, sections
@@ -56,8 +57,6 @@ _CAP += [(0.0085, 0.1685), (0.0075, 0.170), (0.0055, 0.188), (0.0045, 0.190)]
 
 def _bottle() -> trimesh.Trimesh:
     """Squeeze bottle of oval section, with shoulders and a nozzle cap."""
-    from scipy.interpolate import PchipInterpolator
-
     shape = PchipInterpolator(_BOTTLE[:, 3], _BOTTLE[:, :3])
     angles = 2 * np.pi * np.arange(72) / 72
     cosine, sine = np.cos(angles), np.sin(angles)

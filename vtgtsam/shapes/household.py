@@ -8,7 +8,7 @@ import trimesh
 
 from .shape import Shape
 from .solids import ball, loft, revolve, rounded_box, rounded_rectangle, tube, union
-from .symmetry import BOX, CUBE, REVOLUTION, SPHERE, SQUARE
+from .symmetry import BOX, CUBE, EIGHTFOLD, REVOLUTION, SPHERE, SQUARE, TWOFOLD
 
 
 def _mug() -> trimesh.Trimesh:
@@ -84,7 +84,7 @@ def _screwdriver() -> trimesh.Trimesh:
         * np.clip((dense[:, 1] - 0.138) / 0.012, 0, 1)
         * np.clip((0.212 - dense[:, 1]) / 0.012, 0, 1)
     )
-    radii = dense[:, :1] * (1 - depth[:, None] * (0.5 - 0.5 * np.cos(6 * angles)))
+    radii = dense[:, :1] * (1 - depth[:, None] * (0.5 - 0.5 * np.cos(8 * angles)))
     z = np.broadcast_to(dense[:, 1:], radii.shape)
     grip = loft(np.stack([radii * np.cos(angles), radii * np.sin(angles), z], axis=-1))
     shaft = [(0, 0), (0.0008, 0), (0.0030, 0.005), (0.0032, 0.006), (0.0032, 0.118), (0, 0.118)]
@@ -118,11 +118,11 @@ def _drill() -> trimesh.Trimesh:
         ring = rounded_rectangle(0.046 + 2 * bulge, 0.034 + bulge, 0.014, 56)
         rings.append(
             np.column_stack(
-                [ring[:, 0] - 0.034 - 0.018 * t, ring[:, 1], np.full(56, -0.010 - 0.110 * t)]
+                [ring[:, 0] - 0.026 - 0.014 * t, ring[:, 1], np.full(56, -0.010 - 0.110 * t)]
             )
         )
     foot = rounded_box((0.095, 0.054, 0.042), 0.006, 22)
-    foot.apply_translation([-0.034, 0, -0.1375])
+    foot.apply_translation([-0.0225, 0, -0.1375])
     return union(motor, loft(np.array(rings)), foot)
 
 
@@ -188,7 +188,7 @@ SHAPES = (
         CUBE,
     ),
     Shape("marker", "040_large_marker", (18, 18, 121), 0.0158, _marker, REVOLUTION),
-    Shape("screwdriver", "043_phillips_screwdriver", (31, 31, 215), 0.097, _screwdriver),
-    Shape("padlock", "038_padlock", (47, 24, 65), 0.208, _padlock),
+    Shape("screwdriver", "043_phillips_screwdriver", (31, 31, 215), 0.097, _screwdriver, EIGHTFOLD),
+    Shape("padlock", "038_padlock", (47, 24, 65), 0.208, _padlock, TWOFOLD),
     Shape("drill", "035_power_drill", (184, 57, 187), 0.895, _drill),
 )

@@ -29,8 +29,9 @@ def _about(axis: np.ndarray) -> dict[str, list[float]]:
 REVOLUTION: Symmetry = {"symmetries_continuous": [_about(_Z)]}
 SPINDLE: Symmetry = {**REVOLUTION, "symmetries_discrete": [_turn(_X, 1 / 2)]}
 SPHERE: Symmetry = {"symmetries_continuous": [_about(_X), _about(_Z)]}
-# Half a turn about z; half turns about all three axes.
+# Half a turn about z; eighths of a turn about z; half turns about all three axes.
 TWOFOLD: Symmetry = {"symmetries_discrete": [_turn(_Z, 1 / 2)]}
+EIGHTFOLD: Symmetry = {"symmetries_discrete": [_turn(_Z, k / 8) for k in range(1, 8)]}
 BOX: Symmetry = {"symmetries_discrete": [_turn(axis, 1 / 2) for axis in (_X, _Y, _Z)]}
 
 

@@ -193,7 +193,7 @@ def _can_be_nearest(offset: Any, to_nearest: Any, least: float, half: float) -> 
     turn = 0.0
     for axis in range(3):
         turn += abs(offset[axis] / distance - to_nearest[axis] / least)
-    return more <= half * turn + 1.5 * half * half / least
+    return bool(more <= half * turn + 1.5 * half * half / least)
 
 
 @compiled
