@@ -22,6 +22,7 @@ from vtgtsam.vision.camera import CameraIntrinsics
 from .camera import Camera, CameraError, CameraFrame
 
 _WAIT = 2.0  # [s], the longest time without an image; the first one may take a second
+_END_WAIT = 0.1  # [s], for the last images of a file that has been read to its end
 _APART = 0.020  # [s], stamps of a depth and a colour image that belong together; a period is 33 ms
 
 
@@ -95,7 +96,7 @@ class RealSenseCamera(Camera):
         Raises:
             CameraError: None came for 2 s.
         """
-        images = self._stream.next()
+        images = self._stream.next(_WAIT)
         if images is None:
             raise CameraError(f"{self.name}: no image for {_WAIT:g} s; is it still plugged in?")
         stamp, by_host, depth, color = images
@@ -124,17 +125,23 @@ class RealSenseFile(Camera):
         config = rs.config()
         config.enable_device_from_file(str(path), repeat_playback=False)
         self._stream = _Stream(rs, config, str(path), "is it a RealSense recording?")
-        self._stream.device.as_playback().set_real_time(False)
+        self._stopped = rs.playback_status.stopped
+        self._playback = self._stream.device.as_playback()
+        self._playback.set_real_time(False)
         self.name = f"{self._stream.name} ({path})"
         self.intrinsics = self._stream.intrinsics
 
     def read(self) -> CameraFrame | None:
         """The next images, or None at the end."""
-        images = self._stream.next()
-        if images is None:
-            return None
-        stamp, _, depth, color = images
-        return CameraFrame(stamp, depth, color)
+        for _ in range(round(_WAIT / _END_WAIT)):
+            at_end = self._playback.current_status() == self._stopped
+            images = self._stream.next(_END_WAIT)
+            if images is not None:
+                stamp, _, depth, color = images
+                return CameraFrame(stamp, depth, color)
+            if at_end:
+                break
+        return None
 
     def close(self) -> None:
         """Close the file."""
@@ -161,16 +168,22 @@ class _Stream:
             self._pipeline.stop()
             raise
 
-    def next(self) -> tuple[float, bool, np.ndarray, np.ndarray] | None:
-        """Stamp [s], whether it is by the host's wall clock, depth [m], colour; None after 2 s."""
-        while True:
-            arrived, frames = self._pipeline.try_wait_for_frames(int(1000 * _WAIT))
+    def next(self, wait: float) -> tuple[float, bool, np.ndarray, np.ndarray] | None:
+        """The next pair of images, or None where none comes in ``wait`` [s].
+
+        Returns:
+            Stamp [s], whether it is by the host's wall clock, depth [m], RGB image.
+        """
+        deadline = time.monotonic() + wait
+        while (left := deadline - time.monotonic()) > 0:
+            arrived, frames = self._pipeline.try_wait_for_frames(int(1000 * left) + 1)
             if not arrived:
                 return None
             depth, color = frames.get_depth_frame(), frames.get_color_frame()
-            # The library repeats one stream's last image where the other's is late.
+            # The library repeats one stream's last image where the other's is late or missing.
             if abs(depth.get_timestamp() - color.get_timestamp()) < 1000 * _APART:
                 return self._copied(frames, depth)
+        return None
 
     def _copied(self, frames: Any, depth: Any) -> tuple[float, bool, np.ndarray, np.ndarray]:
         stamp = depth.get_timestamp() / 1000

@@ -3,10 +3,13 @@
 
 from __future__ import annotations
 
+import time
+
 import gtsam
 import numpy as np
 from scipy.ndimage import gaussian_filter
 
+from hardware.camera.camera import Camera, CameraFrame
 from vtgtsam.vision.camera import CameraIntrinsics
 
 TAG_ID = 0
@@ -87,3 +90,40 @@ def _grey_at(
     on_tag = ((cells >= 0) & (cells < count)).all(axis=-1)
     column, row = np.clip(cells, 0, count - 1)[..., 0], np.clip(cells, 0, count - 1)[..., 1]
     return np.where(on_tag, np.where(_CELLS[row, column], _BLACK, _WHITE), _BACKGROUND)
+
+
+class TagCamera(Camera):
+    """A camera that sees the tag at rest, with sensor noise and without depth."""
+
+    def __init__(
+        self,
+        T_ct: gtsam.Pose3,
+        size: float,
+        intrinsics: CameraIntrinsics,
+        noise: float = 1.6,
+        seed: int = 0,
+    ) -> None:
+        """Place the tag.
+
+        Args:
+            T_ct: Pose of the tag in the camera frame.
+            size: Side of its black square [m].
+            intrinsics: Of the camera.
+            noise: Standard deviation of a pixel [grey levels].
+            seed: Of the noise.
+        """
+        self.name = "emulated camera"
+        self.intrinsics = intrinsics
+        self._clean = render_tag(T_ct, intrinsics, size)
+        self._noise = noise
+        self._rng = np.random.default_rng(seed)
+
+    def read(self) -> CameraFrame:
+        """The next images, at once."""
+        noisy = self._clean + self._noise * self._rng.standard_normal(self._clean.shape)
+        grey = np.clip(np.rint(noisy), 0, 255).astype(np.uint8)
+        depth = np.zeros(grey.shape, dtype=np.float32)
+        return CameraFrame(time.monotonic(), depth, np.repeat(grey[..., None], 3, axis=2))
+
+    def close(self) -> None:
+        """Nothing is held."""

@@ -28,6 +28,8 @@ STEADY = 0.02  # of the baseline: more scatter or a greater shift within the 2 s
 LEAST_DROP = 0.05  # of the baseline: a pad that 6 N change by less drowns in noise at the threshold
 PRESSED = 0.5  # of a 6 N press below the bench's baseline: more than pads wander by themselves
 
+_ADVICE = "run `python -m hardware calibrate-pads`"
+
 
 class PadCalibrationError(VtgtsamError):
     """A pad is touched, moving or dead, or a press could not be used."""
@@ -174,10 +176,13 @@ def load_scale(path: str | Path, wiring: PadWiring) -> PadScale:
     try:
         document = yaml.safe_load(Path(path).read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
-        raise ConfigError(f"cannot read the pad calibration {path}: {error}") from error
+        detail = " ".join(str(error).split())
+        raise ConfigError(
+            f"cannot read the pad calibration {path} ({detail}): {_ADVICE}"
+        ) from error
     pads = document.get("pads") if isinstance(document, Mapping) else None
     if not isinstance(pads, Mapping):
-        raise ConfigError(f"{path} holds no pad calibration: it needs a mapping 'pads'")
+        raise ConfigError(f"{path} holds no pad calibration, a mapping 'pads': {_ADVICE}")
     values = np.full((len(wiring.inputs), 2), np.nan)
     for index, entry in enumerate(wiring.inputs):
         name = entry.pads[0]
@@ -188,8 +193,8 @@ def load_scale(path: str | Path, wiring: PadWiring) -> PadScale:
     ]
     if missing:
         raise ConfigError(
-            f"{path} lacks {', '.join(missing)}: run `python -m hardware calibrate-pads`, or list "
-            "them under 'disabled' in the hand's file"
+            f"{path} lacks {', '.join(missing)}: {_ADVICE}, or list them under 'disabled' in the "
+            "hand's file"
         )
     return PadScale(baseline=values[:, 0], drop=values[:, 1])
 

@@ -6,7 +6,6 @@ import sys
 
 import gtsam
 import numpy as np
-import pupil_apriltags
 import pytest
 from scipy.spatial.transform import Rotation
 
@@ -14,6 +13,8 @@ from hardware.camera.camera import CameraError
 from hardware.camera.tag import TagDetector, measure_tag, without_outliers
 from hardware.emulate.tag_view import _CELLS, render_tag
 from vtgtsam.vision.camera import CameraIntrinsics
+
+pupil_apriltags = pytest.importorskip("pupil_apriltags", reason="pupil-apriltags is not installed")
 
 INTRINSICS = CameraIntrinsics(640, 480, 615.0, 615.0, 321.3, 238.6)
 SIZE = 0.04  # [m]

@@ -1,0 +1,230 @@
+# SPDX-License-Identifier: MIT
+"""The genuine RealSense library without a camera: its software device, recorded and played back."""
+
+import sys
+import time
+
+import numpy as np
+import pytest
+
+from hardware.camera import realsense
+from hardware.camera.camera import CameraError
+from hardware.camera.realsense import RealSenseCamera, RealSenseDevice, RealSenseFile
+from hardware.camera.sources import open_camera
+from vtgtsam.vision.camera import CameraIntrinsics
+
+WIDTH, HEIGHT, COUNT = 160, 120, 8
+
+
+@pytest.fixture(scope="module")
+def rs():
+    try:
+        import pyrealsense2
+    except ImportError as error:
+        pytest.skip(f"the RealSense library cannot be loaded: {error}")
+    return pyrealsense2
+
+
+def stream(rs, sensor, kind, encoding, depth_bytes, intrinsics, uid):
+    video = rs.video_stream()
+    video.type, video.fmt, video.bpp = kind, encoding, depth_bytes
+    video.index, video.uid, video.fps = 0, uid, 30
+    video.width, video.height = WIDTH, HEIGHT
+    video.intrinsics = rs.intrinsics()
+    video.intrinsics.width, video.intrinsics.height = WIDTH, HEIGHT
+    values = rs.intrinsics()
+    values.width, values.height = WIDTH, HEIGHT
+    values.fx, values.fy, values.ppx, values.ppy = intrinsics[:4]
+    values.model = rs.distortion.brown_conrady
+    values.coeffs = [*intrinsics[4:], 0, 0, 0, 0][:5]
+    video.intrinsics = values
+    return sensor.add_video_stream(video).as_video_stream_profile()
+
+
+def push(rs, sensor, profile, pixels, number):
+    frame = rs.software_video_frame()
+    frame.bpp = pixels.strides[1]
+    frame.stride = pixels.strides[0]
+    frame.timestamp = 1000.0 + 33.3 * number  # [ms]
+    frame.domain = rs.timestamp_domain.hardware_clock
+    frame.frame_number = number
+    frame.profile = profile
+    frame.pixels = pixels
+    sensor.on_video_frame(frame)
+
+
+def make_recording(rs, path, color_intrinsics, color=True):
+    device = rs.software_device()
+    depth_sensor, color_sensor = device.add_sensor("Depth"), device.add_sensor("Color")
+    depth_sensor.add_read_only_option(rs.option.depth_units, 0.001)
+    view = (190.0, 190.0, 80.0, 60.0, 0.0)
+    kinds = rs.stream, rs.format
+    depth = stream(rs, depth_sensor, kinds[0].depth, kinds[1].z16, 2, view, 0)
+    colored = stream(rs, color_sensor, kinds[0].color, kinds[1].rgb8, 3, color_intrinsics, 1)
+    beside = rs.extrinsics()
+    beside.rotation, beside.translation = [1, 0, 0, 0, 1, 0, 0, 0, 1], [0.015, 0, 0]
+    depth.register_extrinsics_to(colored, beside)
+    recorder = rs.recorder(str(path), device)
+    sensors = recorder.query_sensors() if color else recorder.query_sensors()[:1]
+    queues = [rs.frame_queue(50) for _ in sensors]
+    for sensor, queue in zip(sensors, queues, strict=True):
+        sensor.open(sensor.get_stream_profiles())
+        sensor.start(queue)
+    images = []  # the library does not copy what it is given
+    for k in range(COUNT):
+        images.append(np.full((HEIGHT, WIDTH), 500 + k, dtype=np.uint16))
+        push(rs, depth_sensor, depth, images[-1], k)
+        if color:
+            images.append(np.full((HEIGHT, WIDTH, 3), 20 * k, dtype=np.uint8))
+            push(rs, color_sensor, colored, images[-1], k)
+        time.sleep(0.02)
+    for sensor in sensors:
+        sensor.stop()
+        sensor.close()
+    recorder.pause()
+    return path
+
+
+PLAIN = (150.0, 151.0, 79.3, 60.6, 0.0)
+
+
+@pytest.fixture(scope="module")
+def recording(rs, tmp_path_factory):
+    return make_recording(rs, tmp_path_factory.mktemp("rs") / "images.db3", PLAIN)
+
+
+def test_a_recording_comes_back_through_the_genuine_pipeline(recording):
+    frames = []
+    with RealSenseFile(recording) as camera:
+        assert "D435" in camera.name or str(recording) in camera.name
+        found = camera.intrinsics
+        while (frame := camera.read()) is not None:
+            frames.append(frame)
+    assert (found.width, found.height) == (WIDTH, HEIGHT)
+    np.testing.assert_allclose((found.fx, found.fy, found.cx, found.cy), PLAIN[:4], rtol=1e-6)
+    assert len(frames) >= COUNT - 2  # the pipeline may drop the first while it starts
+    for frame in frames:
+        k = round((frame.time - 1.0) / 0.0333)
+        assert frame.time == pytest.approx(1.0 + 0.0333 * k, abs=1e-6)
+        assert (frame.color == 20 * k).all()  # the image of the same instant
+        seen = frame.depth[frame.depth > 0]
+        np.testing.assert_allclose(seen, 0.500 + 0.001 * k, atol=1e-6)
+        assert frame.depth.shape == (HEIGHT, WIDTH) and frame.depth.dtype == np.float32
+
+
+def test_depth_is_aligned_to_the_colour_image(recording):
+    """A pixel's ray in the wider colour view meets the plane beside where the depth view ends."""
+    with RealSenseFile(recording) as camera:
+        depth = camera.read().depth
+    columns = np.flatnonzero((depth > 0).any(axis=0))
+    # Left edge: x/z = (0 - 80) / 190, moved by 15 mm at 0.5 m, seen by the colour camera.
+    left = ((0 - 80) / 190 + 0.015 / 0.5) * PLAIN[0] + PLAIN[2]
+    assert abs(columns[0] - left) < 1.5
+
+
+def test_frames_stay_as_they_were_when_later_ones_arrive(recording):
+    """They are copies: the library uses its memory again."""
+    with RealSenseFile(recording) as camera:
+        first = camera.read()
+        before = first.depth.copy(), first.color.copy()
+        while camera.read() is not None:
+            pass
+    np.testing.assert_array_equal(first.depth, before[0])
+    np.testing.assert_array_equal(first.color, before[1])
+
+
+def test_a_recording_plays_at_its_own_pace_by_name(recording):
+    with open_camera(str(recording)) as camera:
+        start = time.monotonic()
+        stamps = [camera.read().time for _ in range(4)]
+        assert time.monotonic() - start > 0.09
+    assert abs(stamps[0] - start) < 0.5
+    np.testing.assert_allclose(np.diff(stamps), 0.0333, atol=1e-3)
+
+
+def test_lens_distortion_is_refused(rs, tmp_path):
+    path = make_recording(rs, tmp_path / "bent.db3", (150.0, 150.0, 80.0, 60.0, 0.05))
+    with pytest.raises(CameraError, match="lens distortion .*use a D435"):
+        RealSenseFile(path)
+
+
+def test_a_recording_without_colour_is_refused(rs, tmp_path):
+    path = make_recording(rs, tmp_path / "depth.db3", PLAIN, color=False)
+    with pytest.raises(CameraError, match="lacks depth or colour"):
+        RealSenseFile(path)
+
+
+def test_a_file_that_is_no_recording_is_refused(rs, tmp_path):
+    (tmp_path / "text.db3").write_text("hello")
+    with pytest.raises(CameraError, match="cannot stream from .*text.db3.*is it a RealSense"):
+        RealSenseFile(tmp_path / "text.db3")
+    with pytest.raises(CameraError, match="there is no RealSense recording"):
+        RealSenseFile(tmp_path / "none.db3")
+
+
+def test_without_a_camera_the_error_comes_at_once(rs):
+    if realsense.find_devices():
+        pytest.skip("a RealSense camera is connected")
+    start = time.monotonic()
+    with pytest.raises(CameraError, match=r"no RealSense camera is connected \(found: none\)"):
+        RealSenseCamera()
+    assert time.monotonic() - start < 5.0  # the library itself would wait for 15 s
+
+
+def test_without_the_library_the_error_quotes_what_is_missing(monkeypatch):
+    monkeypatch.setitem(sys.modules, "pyrealsense2", None)
+    with pytest.raises(CameraError, match=r"pip install pyrealsense2.*libusb-1.0-0"):
+        realsense.find_devices()
+
+
+def device(serial):
+    return RealSenseDevice("D435", serial, "5.16", "3.2")
+
+
+def test_the_camera_is_chosen_by_its_serial_number():
+    two = [device("1"), device("2")]
+    assert realsense._choose(two, "2").serial == "2"
+    assert realsense._choose(two[:1], None).serial == "1"
+    with pytest.raises(CameraError, match="more than one .* name a serial"):
+        realsense._choose(two, None)
+    with pytest.raises(CameraError, match=r"no RealSense camera 3 .*found: D435 1, D435 2"):
+        realsense._choose(two, "3")
+
+
+class Images:
+    """Stands for the library's stream: stamps [s] by one clock or the other."""
+
+    name, intrinsics = "stand-in", CameraIntrinsics(2, 1, 1.0, 1.0, 0.0, 0.0)
+
+    def __init__(self, stamps, by_host):
+        self._stamps, self._by_host = iter(stamps), by_host
+
+    def next(self, _wait):
+        stamp = next(self._stamps, None)
+        return None if stamp is None else (stamp, self._by_host, np.zeros((1, 2)), None)
+
+
+def live_camera(stream, clock):
+    camera = RealSenseCamera.__new__(RealSenseCamera)
+    camera._stream, camera._clock = stream, clock
+    camera._device_clock = realsense.DeviceClock()
+    camera.name = stream.name
+    return camera
+
+
+def test_wall_clock_stamps_become_monotonic_ones():
+    taken = time.time() - 0.040
+    frame = live_camera(Images([taken], by_host=True), time.monotonic).read()
+    assert time.monotonic() - frame.time == pytest.approx(0.040, abs=0.02)
+
+
+def test_stamps_by_the_camera_s_own_clock_become_monotonic_ones():
+    arrivals = iter([50.010, 50.050, 50.080])  # late by 10, 17, 14 ms
+    camera = live_camera(Images([7.0, 7.033, 7.066], by_host=False), lambda: next(arrivals))
+    stamps = [camera.read().time for _ in range(3)]
+    np.testing.assert_allclose(stamps, [50.010, 50.043, 50.076], atol=1e-9)
+
+
+def test_a_camera_that_falls_silent_is_an_error():
+    with pytest.raises(CameraError, match="stand-in: no image for 2 s; is it still plugged in"):
+        live_camera(Images([], by_host=True), time.monotonic).read()
