@@ -10,6 +10,8 @@ from typing import Annotated, Literal
 import yaml
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
+from hardware.camera.wrist import TagMount
+from hardware.tactile.wiring import PadWiring
 from vtgtsam.exceptions import ConfigError
 
 from .table import BAUD_CODES, TICKS_PER_TURN, XL330
@@ -88,6 +90,8 @@ class HandDescription(_Model):
         check_clocks: Whether an answer is refused that by the servo's own clock was made before the
             question, or after a restart.
         joints: The joints, in the order of the hand's model.
+        pads: How the pads are wired to the pad board; None for a hand without pads.
+        wrist_tag: The AprilTag on the wrist; None for a hand without one.
     """
 
     hand: str
@@ -97,6 +101,8 @@ class HandDescription(_Model):
     max_speed: float = Field(default=5.5, gt=0, le=10.8)
     check_clocks: bool = True
     joints: tuple[Joint, ...] = Field(min_length=1)
+    pads: PadWiring | None = None
+    wrist_tag: TagMount | None = None
 
     @model_validator(mode="after")
     def _check(self) -> HandDescription:
