@@ -270,12 +270,10 @@ def _port_errors() -> tuple[type[Exception], ...]:
 def _open(port: str, baud: int) -> Any:
     import serial
 
-    try:
-        connection = serial.Serial(port, baud, timeout=_POLL, exclusive=True)
-        connection.reset_input_buffer()  # what the system kept from before is old
+    try:  # opening also forgets what the system kept from before
+        return serial.Serial(port, baud, timeout=_POLL, exclusive=True)
     except (*_port_errors(), ValueError) as error:
         raise PadBoardError(
             f"cannot open the pad board on {port}: {error}; check the port's name, that no other "
             "program reads it, and that you may (group dialout)"
         ) from error
-    return connection

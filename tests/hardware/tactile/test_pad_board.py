@@ -52,6 +52,13 @@ def test_readings_arrive_with_the_instant_at_which_they_were_measured(emulator):
     assert values.mean(axis=0) == pytest.approx(0.5 * 65535, rel=0.05)  # reference = pad at rest
 
 
+def test_what_the_port_kept_from_before_is_not_taken_for_new(emulator):
+    time.sleep(0.3)
+    with PadBoard(emulator.path, inputs=14) as board:
+        wait_for_reading(board)
+        assert board.since(0.0)[0].board_time > 0.25
+
+
 def test_forces_reach_the_reader():
     pads = EmulatedPads(1)
     force = np.zeros(len(PADS))

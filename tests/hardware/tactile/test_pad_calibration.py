@@ -56,6 +56,13 @@ def test_a_pad_that_is_rubbed_is_refused():
         measure_baseline(pads.resistances(forces), pads.wiring)
 
 
+def test_a_pad_with_a_loose_wire_is_refused_though_its_median_stays():
+    resistances = np.full((100, 14), 10e3)
+    resistances[:, 9] *= 1.0 + 0.05 * np.sin(np.arange(100))
+    with pytest.raises(PadCalibrationError, match=rf"{PADS[9]}: not steady"):
+        measure_baseline(resistances, wiring())
+
+
 def test_an_unplugged_and_a_shorted_pad_are_refused_together():
     pads = EmulatedPads(2)
     readings = pads.readings(untouched(2.0))

@@ -44,14 +44,15 @@ def test_a_careful_person_ends_with_the_drops_of_all_pads():
     np.testing.assert_allclose(scale.baseline, person.pads.wiring.reference_ohm, rtol=0.02)
 
 
-def test_pads_in_parallel_take_the_scale_of_the_less_sensitive_one():
+@pytest.mark.parametrize("insensitive", [12, 13])
+def test_pads_in_parallel_take_the_scale_of_the_less_sensitive_one(insensitive):
     pads = EmulatedPads(1)
+    pads.parameters.drop[[12, 13]] = 0.5
+    pads.parameters.drop[insensitive] = 0.3
     scale = Person(pads).run()
-    rest, drop = pads.parameters.rest_ohm[12:14], pads.parameters.drop[12:14]
-    whole = 1 / np.sum(1 / rest)
-    falls = [whole - 1 / (1 / (rest[0] * (1 - drop[0])) + 1 / rest[1])]
-    falls.append(whole - 1 / (1 / rest[0] + 1 / (rest[1] * (1 - drop[1]))))
-    assert scale.drop[12] == pytest.approx(min(falls), rel=0.15)
+    rest = pads.parameters.rest_ohm[[insensitive, 25 - insensitive]]
+    fall = 1 / np.sum(1 / rest) - 1 / (1 / (0.7 * rest[0]) + 1 / rest[1])
+    assert scale.drop[12] == pytest.approx(fall, rel=0.15)
 
 
 def test_mistakes_are_told_and_may_be_repaired():
