@@ -21,7 +21,15 @@ TRIES = 60  # samples after which an object counts as not graspable
 
 
 class NotGraspable(VtgtsamError):
-    """No sample of an object was accepted; the message counts the reasons."""
+    """No sample of an object was accepted; the message counts the reasons.
+
+    Attributes:
+        rejections: How often each reason occurred.
+    """
+
+    def __init__(self, message: str, rejections: Counter[str] | None = None) -> None:
+        super().__init__(message)
+        self.rejections = rejections or Counter()
 
 
 @dataclass(frozen=True)
@@ -58,7 +66,9 @@ def sample_sequence(world: World, dataset: str, rng: np.random.Generator) -> Seq
         except Rejected as reason:
             rejections.append(str(reason))
     counts = ", ".join(f"{n} x {reason}" for reason, n in Counter(rejections).most_common())
-    raise NotGraspable(f"{world.hand.name} cannot grasp {world.obj.name}: {counts}")
+    raise NotGraspable(
+        f"{world.hand.name} cannot grasp {world.obj.name}: {counts}", Counter(rejections)
+    )
 
 
 def _sampler(world: World, dataset: str, rng: np.random.Generator) -> Callable[[], np.ndarray]:

@@ -1,0 +1,153 @@
+# SPDX-License-Identifier: MIT
+"""The simulator's command line: ``python -m sim generate | look``.
+
+Exit codes: 0 done; 1 an error that is to be expected, in one line on stderr; 2 wrong usage; 3 finished,
+but some sequences could not be made. Any other error is a mistake of this program and shows its traceback.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections import Counter
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from vtgtsam.exceptions import VtgtsamError
+
+if TYPE_CHECKING:
+    from .datasets import Outcome
+
+SOME_FAILED = 3
+INTERRUPTED = 130  # 128 + SIGINT, as shells count
+
+app = typer.Typer(
+    name="python -m sim",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+)
+
+
+@app.callback()
+def sim() -> None:
+    """Simulated grasps of a robot hand, recorded with depth camera and tactile pads."""
+
+
+@app.command()
+def generate(
+    dataset: Annotated[
+        str, typer.Option(help="vary: any orientation, default place; occ: power grasps.")
+    ],
+    out: Annotated[Path, typer.Option(help="Folder to write to.")],
+    objects: Annotated[
+        str | None, typer.Option(help="Names separated by commas; else the dataset's 17.")
+    ] = None,
+    ycb: Annotated[
+        Path | None,
+        typer.Option(envvar="VTGTSAM_YCB", help="Directory of YCB meshes to use."),
+    ] = None,
+    grasps: Annotated[int, typer.Option(min=1, help="Sequences of each object.")] = 5,
+    seed: Annotated[int, typer.Option(min=0, help="The same seed gives the same files.")] = 0,
+    jobs: Annotated[int, typer.Option(min=1, help="Processes to use.")] = 1,
+    noise: Annotated[
+        str, typer.Option(help="Factors on the camera's noise, separated by commas.")
+    ] = "1",
+    tracker: Annotated[
+        str, typer.Option(help="depth: knows nothing of the hand; depth-hand: knows its geometry.")
+    ] = "depth",
+    hand: Annotated[
+        str, typer.Option(help="Grasp description: a name or a YAML file.")
+    ] = "isyhand",
+    images: Annotated[bool, typer.Option("--images", help="Store the depth images too.")] = False,
+    calibration_error: Annotated[
+        bool,
+        typer.Option(
+            "--calibration-error",
+            help="Camera 2 mm and 1 degree off, joints 1 degree, depth failing at edges.",
+        ),
+    ] = False,
+) -> None:
+    """Make recordings of grasps. Interrupted, it goes on where it stopped when called again."""
+    from vtgtsam.vision.depth_tracker import FORMS
+
+    from .datasets import generate as make
+    from .objects import object_names
+    from .progress import show_progress
+    from .sampling import DATASETS
+    from .sequence import Settings
+
+    scales = _numbers(noise, "--noise")
+    _check_choice(dataset, DATASETS, "--dataset")
+    _check_choice(tracker, FORMS, "--tracker")
+    names = object_names(objects.split(",") if objects else None, ycb)
+    settings = Settings(
+        dataset=dataset,
+        seed=seed,
+        tracker=tracker,
+        hand=hand,
+        ycb=None if ycb is None else str(ycb.resolve()),
+        images=images,
+        calibration_error=calibration_error,
+    )
+    try:
+        with show_progress() as progress:
+            outcomes = make(settings, names, grasps, scales, out, jobs, progress)
+    except KeyboardInterrupt:
+        typer.echo("sim: interrupted; the same call goes on where it stopped", err=True)
+        raise typer.Exit(INTERRUPTED) from None
+    failed = _print_summary(outcomes, out / dataset)
+    if failed:
+        raise typer.Exit(SOME_FAILED)
+
+
+def _numbers(text: str, option: str) -> list[float]:
+    try:
+        numbers = [float(word) for word in text.split(",")]
+    except ValueError:
+        numbers = []
+    if not numbers or not all(0 <= number < float("inf") for number in numbers):
+        raise typer.BadParameter(
+            f"expected numbers like 1 or 0.5,1,2, got {text!r}", param_hint=option
+        )
+    if len(set(numbers)) < len(numbers):
+        raise typer.BadParameter(f"a number occurs twice in {text!r}", param_hint=option)
+    return numbers
+
+
+def _check_choice(value: str, choices: tuple[str, ...], option: str) -> None:
+    if value not in choices:
+        raise typer.BadParameter(
+            f"expected {' or '.join(choices)}, got {value!r}", param_hint=option
+        )
+
+
+def _print_summary(outcomes: list[Outcome], folder: Path) -> bool:
+    """Say what was made and rejected, and whether anything failed."""
+    from .datasets import REJECTED
+
+    failed = [outcome for outcome in outcomes if outcome.problem]
+    rejections = sum((outcome.rejections for outcome in outcomes), Counter())
+    made = len(outcomes) - len(failed)
+    typer.echo(f"{made} of {len(outcomes)} sequences are in {folder}")
+    typer.echo(f"{rejections.total()} samples were rejected; {folder / REJECTED} lists them")
+    for reason, count in rejections.most_common():
+        typer.echo(f"  {count:5d} {reason}")
+    for outcome in failed:
+        typer.echo(f"failed: {outcome.name}: {outcome.problem}", err=True)
+    return bool(failed)
+
+
+def main() -> None:
+    """Run the command line of this process."""
+    try:
+        app()
+    except (VtgtsamError, OSError) as error:
+        print(f"sim: {' '.join(str(error).split())}", file=sys.stderr)
+        sys.exit(1)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,115 @@
+# SPDX-License-Identifier: MIT
+"""Write a simulated sequence as a recording, with what a visual tracker makes of its images."""
+
+from __future__ import annotations
+
+import heapq
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from operator import itemgetter
+from pathlib import Path
+
+import gtsam
+import numpy as np
+
+from vtgtsam.recording import RecordingWriter
+from vtgtsam.recording.provenance import mesh_file
+from vtgtsam.vision.depth_tracker import make_tracker
+
+from .calibration import CalibrationError
+from .observe import DepthVideo, Noise
+from .simulate import Trajectory
+from .world import World
+
+# An instant and what to write then.
+Event = tuple[float, Callable[[RecordingWriter], None]]
+
+
+@dataclass(frozen=True)
+class Take:
+    """A sequence as the sensors have it.
+
+    Attributes:
+        world: Hand and object.
+        trajectory: What truly happened.
+        video: What the camera saw of it.
+        noise: The camera's noise.
+        error: What the setup believes wrongly.
+    """
+
+    world: World
+    trajectory: Trajectory
+    video: DepthVideo
+    noise: Noise
+    error: CalibrationError
+
+    @property
+    def T_wc(self) -> gtsam.Pose3:
+        """Where the camera is believed to be."""
+        return self.error.T_error * self.video.T_wc
+
+    def measured_joints(self, joints: np.ndarray) -> np.ndarray:
+        """Joint angles [rad] as the encoders show them."""
+        return joints + self.error.joints
+
+
+def record(take: Take, tracker: str, images: bool, path: Path, metadata: dict[str, str]) -> None:
+    """Record a take.
+
+    Args:
+        take: The sequence.
+        tracker: Form of the visual tracker, "depth" or "depth-hand".
+        images: Whether to store the depth images.
+        path: The file to write.
+        metadata: What it says about itself.
+    """
+    events = heapq.merge(_samples(take), _frames(take, tracker, images), key=itemgetter(0))
+    hand, mesh = take.world.hand, mesh_file(take.world.obj)
+    with RecordingWriter(path, metadata, hand_xml=hand.xml, mesh=mesh) as writer:
+        writer.camera_pose(0.0, take.T_wc)
+        writer.camera_info(0.0, take.video.camera)
+        for _, write in events:
+            write(writer)
+
+
+def _samples(take: Take) -> Iterator[Event]:
+    """Joints, pads, hand and truth at 100 Hz."""
+    t, hand = take.trajectory, take.world.hand
+    for k, time in enumerate(t.time.tolist()):
+
+        def write(writer: RecordingWriter, k: int = k, time: float = time) -> None:
+            writer.joint_states(time, hand.joint_names, take.measured_joints(t.joints[k]))
+            writer.tactile(time, hand.pad_names, t.pressure[k], t.contacts[k])
+            writer.hand_pose(time, gtsam.Pose3(t.T_wh[k]))
+            writer.truth(time, gtsam.Pose3(t.T_wo[k]))
+
+        yield time, write
+
+
+def _frames(take: Take, form: str, images: bool) -> Iterator[Event]:
+    """The tracker's poses, and the images, at the camera's rate.
+
+    The tracker is told the object's true pose in the camera's frame at the first frame, as by the paper's
+    registration, and nothing of the truth afterwards. A frame in which it has lost the object has no pose.
+    """
+    t, camera = take.trajectory, take.video.camera
+    tracker = make_tracker(form, take.world.obj, camera, take.world.hand)
+    T_co = take.video.T_wc.between(gtsam.Pose3(t.frame_T_wo[0]))
+    tracker.start(take.T_wc * T_co)
+    for k, image in enumerate(take.video.images(take.noise, take.error)):
+        joints, T_wh = take.measured_joints(t.frame_joints[k]), gtsam.Pose3(t.frame_T_wh[k])
+        tracked = tracker.update(image, take.T_wc, joints, T_wh)
+        time = float(t.frame_time[k])
+
+        def write(
+            writer: RecordingWriter,
+            time: float = time,
+            T_wo: gtsam.Pose3 | None = tracked.T_wo,
+            image: np.ndarray = image,
+        ) -> None:
+            if T_wo is not None:
+                writer.object_pose(time, T_wo)
+            if images:
+                writer.depth(time, image)
+
+        yield time, write

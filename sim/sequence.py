@@ -1,0 +1,141 @@
+# SPDX-License-Identifier: MIT
+"""One sequence of a dataset: simulate it, let the camera watch and the tracker track, record it.
+
+A sequence depends on nothing but what its ``Sequence`` says: it can be made again alone, in any order
+and process, with the same bytes.
+"""
+
+from __future__ import annotations
+
+import json
+import zlib
+from collections import Counter
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+from threadpoolctl import threadpool_limits
+
+from vtgtsam.recording.provenance import object_metadata
+
+from .calibration import CalibrationError
+from .description import load_description
+from .objects import find_object
+from .observe import DepthVideo, Noise
+from .power_grasp import power_grasp
+from .record import Take, record
+from .sampling import Sequence as Sample
+from .sampling import sample_sequence
+from .world import World
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What all sequences of a run have in common.
+
+    Attributes:
+        dataset: "vary" or "occ".
+        seed: All randomness comes from it, and from the sequence's object and number.
+        tracker: "depth" or "depth-hand".
+        hand: Name or path of the grasp description.
+        ycb: Directory of YCB meshes; None for the built-in objects.
+        images: Whether the depth images are stored too.
+        calibration_error: Whether camera, joints and edges have the errors of a real setup.
+    """
+
+    dataset: str
+    seed: int = 0
+    tracker: str = "depth"
+    hand: str = "isyhand"
+    ycb: str | None = None
+    images: bool = False
+    calibration_error: bool = False
+
+
+@dataclass(frozen=True)
+class SequenceName:
+    """Which sequence of a run.
+
+    Attributes:
+        object: Name of the object.
+        grasp: Number of the grasp, from 0.
+    """
+
+    object: str
+    grasp: int
+
+    def __str__(self) -> str:
+        return f"{self.object}_{self.grasp}"
+
+
+def make_sequence(settings: Settings, name: SequenceName, files: dict[float, Path]) -> Counter[str]:
+    """Make one sequence and record it once for each noise scale.
+
+    Args:
+        settings: Settings of the run.
+        name: Which sequence.
+        files: The file to write for each noise scale.
+
+    Returns:
+        How often samples were rejected before one was accepted, by reason.
+
+    Raises:
+        NotGraspable: No sample was accepted.
+    """
+    with threadpool_limits(1):  # the number of threads would show in the last bits
+        world = _world(settings.hand, name.object, settings.ycb)
+        grasp_seed, noise_seed, error_seed = _seeds(settings, name)
+        sample = sample_sequence(world, settings.dataset, np.random.default_rng(grasp_seed))
+        count = len(world.hand.joint_names)
+        error = CalibrationError.none(count)
+        if settings.calibration_error:
+            error = CalibrationError.drawn(count, np.random.default_rng(error_seed))
+        video = DepthVideo(world, sample.trajectory)
+        for scale, path in files.items():
+            take = Take(world, sample.trajectory, video, Noise(scale, noise_seed), error)
+            metadata = _metadata(settings, name, world, sample, scale)
+            record(take, settings.tracker, settings.images, path, metadata)
+    return Counter(sample.rejections)
+
+
+def prepare(settings: Settings, object_name: str) -> None:
+    """Compute what all sequences of an object share and the cache keeps.
+
+    Raises:
+        VtgtsamError: The object cannot be simulated.
+    """
+    with threadpool_limits(1):
+        world = _world(settings.hand, object_name, settings.ycb)
+        if settings.dataset == "occ":
+            power_grasp(world)
+
+
+@lru_cache(maxsize=1)  # grasps of one object follow each other
+def _world(hand: str, object_name: str, ycb: str | None) -> World:
+    description = load_description(hand)
+    obj = find_object(object_name, None if ycb is None else Path(ycb))
+    return World(description, description.load_hand(), obj)
+
+
+def _seeds(settings: Settings, name: SequenceName) -> list[np.random.SeedSequence]:
+    """Seeds of the grasp, the camera's noise and the calibration error."""
+    words = [zlib.crc32(text.encode()) for text in (settings.dataset, name.object)]
+    return np.random.SeedSequence([settings.seed, *words, name.grasp]).spawn(3)
+
+
+def _metadata(
+    settings: Settings, name: SequenceName, world: World, sample: Sample, scale: float
+) -> dict[str, str]:
+    return {
+        **object_metadata(world.obj),
+        "hand": world.hand.name,
+        "dataset": settings.dataset,
+        "sequence": str(name),
+        "grasp": str(name.grasp),
+        "seed": str(settings.seed),
+        "noise_scale": f"{scale:g}",
+        "tracker": settings.tracker,
+        "calibration_error": "yes" if settings.calibration_error else "no",
+        "rejected": json.dumps(Counter(sample.rejections), sort_keys=True),
+    }
