@@ -40,8 +40,7 @@ def read_mesh(path: str | Path) -> trimesh.Trimesh:
         raise MeshError(
             f"{path} cannot be read as a mesh ({error}); convert it to OBJ, PLY or STL"
         ) from error
-    if len(mesh.faces) == 0:
-        raise MeshError(f"{path} holds no triangles; export the object as a triangle mesh")
+    check_geometry(mesh.vertices, mesh.faces, str(path))
     return merged(mesh.vertices, mesh.faces)
 
 
@@ -52,8 +51,8 @@ def merged(vertices: np.ndarray, faces: np.ndarray) -> trimesh.Trimesh:
     return trimesh.Trimesh(vertices=vertices, faces=faces, process=True)
 
 
-def check_size(vertices: np.ndarray, faces: np.ndarray, name: str = "the mesh") -> None:
-    """Refuse a mesh that is empty, not finite, or not in metres.
+def check_geometry(vertices: np.ndarray, faces: np.ndarray, name: str = "the mesh") -> None:
+    """Refuse a mesh without triangles or with coordinates that are not finite.
 
     Raises:
         MeshError: It says which and what to do.
@@ -62,6 +61,14 @@ def check_size(vertices: np.ndarray, faces: np.ndarray, name: str = "the mesh") 
         raise MeshError(f"{name} holds no triangles; export the object as a triangle mesh")
     if not np.isfinite(vertices).all():
         raise MeshError(f"{name} has vertices that are not finite; export it again")
+
+
+def check_size(vertices: np.ndarray, name: str = "the mesh") -> None:
+    """Refuse a mesh that is not in metres.
+
+    Raises:
+        MeshError: It is longer than 2 m or shorter than 1 mm.
+    """
     longest = float(np.ptp(vertices, axis=0).max())
     if longest > LARGEST_EXTENT:
         raise MeshError(

@@ -91,7 +91,7 @@ def load_object(
         mesh, name, source = shape.mesh(), shape.name, shape.name
     sha256 = sha256_of(mesh.vertices, mesh.faces)
     mesh.apply_scale(scale)
-    check_size(mesh.vertices, mesh.faces, name)
+    check_size(mesh.vertices, name)
     shift = _origin(origin, np.asarray(mesh.bounds))
     mesh.apply_translation(-shift)
     return ObjectModel(

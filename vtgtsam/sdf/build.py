@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..cache import cached_arrays
-from ..meshes import check_size, outward, read_mesh, sha256_of
+from ..meshes import check_geometry, check_size, outward, read_mesh, sha256_of
 from .grid import GridSdf
 
 if TYPE_CHECKING:
@@ -48,7 +48,8 @@ def build_sdf(
     if isinstance(mesh, str | Path):
         mesh = read_mesh(mesh)
     vertices, faces = np.asarray(mesh.vertices), np.asarray(mesh.faces)
-    check_size(vertices, faces)
+    check_geometry(vertices, faces)
+    check_size(vertices)
 
     described = f"{VERSION} {sha256_of(vertices, faces)} {int(resolution)} {float(margin)!r}"
     key = hashlib.sha256(described.encode()).hexdigest()
