@@ -175,6 +175,23 @@ class PadBoard:
         self._thread.join()
         self._serial.close()
 
+    def wait(self, seconds: float = 3.0) -> PadReading:
+        """The first reading; a board that resets when its port is opened takes a second or two.
+
+        Raises:
+            PadBoardError: None came in that time, with what the bytes that came tell.
+        """
+        deadline = self._clock() + seconds
+        while self._clock() < deadline:
+            reading = self.latest()
+            if reading is not None:
+                return reading
+            time.sleep(0.005)
+        raise PadBoardError(
+            f"no readings from the pad board on {self.port} in {seconds:g} s: "
+            + self.statistics().diagnosis()
+        )
+
     def latest(self) -> PadReading | None:
         """The newest reading, whose age is the caller's to judge; None before the first.
 

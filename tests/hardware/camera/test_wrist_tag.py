@@ -49,13 +49,13 @@ def detector():
 
 @pytest.fixture(scope="module")
 def measured(detector):
-    """True and measured poses of 12 tags at 0.45 m, tilted by 40 degrees, turned at random."""
+    """True and measured poses of 10 tags at 0.45 m, tilted by 40 degrees, turned at random."""
     rng = np.random.default_rng(0)
     pairs = []
-    for seed in range(12):
+    for seed in range(10):
         x, y = rng.uniform(-0.05, 0.05, 2)
         T_ct = pose(rng.choice([-40, 40]), 0.45, rng.uniform(0, 360), rng.choice(["x", "y"]), x, y)
-        pairs.append((T_ct, measure_tag(images(T_ct, 10, seed), detector)))
+        pairs.append((T_ct, measure_tag(images(T_ct, 6, seed), detector)))
     return pairs
 
 
@@ -63,13 +63,13 @@ def test_poses_are_right_within_a_third_of_a_degree_and_of_a_millimetre(measured
     errors = np.array([difference(found.T_ct, T_ct) for T_ct, found in measured])
     assert (np.median(errors, axis=0) < 0.3).all()
     # Where the edges fall between the pixels makes some worse, most along the line of sight, and
-    # alike in all images: the 10 or 30 of them do not help.
+    # alike in all images: more of them would not help.
     assert errors[:, 0].max() < 0.5 and errors[:, 1].max() < 1.2
 
 
 def test_the_spread_of_the_images_and_the_tilt_are_told(measured):
     for _, found in measured:
-        assert found.accepted >= 7 and found.images == 10 and found.warning == ""
+        assert found.accepted >= 4 and found.images == 6 and found.warning == ""
         assert found.rotation_spread < np.deg2rad(0.2) and found.translation_spread < 6e-4
         assert np.rad2deg(found.tilt) == pytest.approx(40.0, abs=8.0)  # not all are on the axis
 

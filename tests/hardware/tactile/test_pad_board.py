@@ -34,14 +34,9 @@ def wait_until(condition, seconds=5.0):
         time.sleep(0.005)
 
 
-def wait_for_reading(board):
-    wait_until(lambda: board.latest() is not None)
-    return board.latest()
-
-
 def test_readings_arrive_with_the_instant_at_which_they_were_measured(emulator):
     with PadBoard(emulator.path, inputs=14) as board:
-        wait_for_reading(board)
+        board.wait()
         before = time.monotonic()
         values = board.record(0.5)
         readings = board.since(before)
@@ -55,7 +50,7 @@ def test_readings_arrive_with_the_instant_at_which_they_were_measured(emulator):
 def test_what_the_port_kept_from_before_is_not_taken_for_new(emulator):
     time.sleep(0.3)
     with PadBoard(emulator.path, inputs=14) as board:
-        wait_for_reading(board)
+        board.wait()
         assert board.since(0.0)[0].board_time > 0.25
 
 
@@ -77,7 +72,7 @@ def test_forces_reach_the_reader():
 
 def test_damage_on_the_line_is_counted_and_never_becomes_a_reading(emulator):
     with PadBoard(emulator.path, inputs=14) as board:
-        wait_for_reading(board)
+        board.wait()
         faults = emulator.faults
         faults.drop = faults.corrupt = faults.truncate = faults.garbage = 0.05
         start = emulator.sent
@@ -95,7 +90,7 @@ def test_damage_on_the_line_is_counted_and_never_becomes_a_reading(emulator):
 
 def test_a_silent_board_shows_by_the_age_of_its_last_reading(emulator):
     with PadBoard(emulator.path, inputs=14) as board:
-        wait_for_reading(board)
+        board.wait()
         emulator.faults.silent = True
         time.sleep(0.3)
         assert time.monotonic() - board.latest().time > 0.2
@@ -106,7 +101,7 @@ def test_a_silent_board_shows_by_the_age_of_its_last_reading(emulator):
 
 def test_a_board_that_repeats_itself_counts_as_silent(emulator):
     with PadBoard(emulator.path, inputs=14) as board:
-        wait_for_reading(board)
+        board.wait()
         emulator.faults.frozen = True
         time.sleep(0.3)
         assert time.monotonic() - board.latest().time > 0.2
@@ -124,7 +119,7 @@ def test_recording_a_silent_board_fails_with_a_reason(emulator):
 
 def test_an_unplugged_board_is_a_typed_error_at_once(emulator):
     with PadBoard(emulator.path, inputs=14) as board:
-        wait_for_reading(board)
+        board.wait()
         emulator.unplug()
         start = time.monotonic()
         with pytest.raises(PadBoardError, match=rf"lost the pad board on {emulator.path}"):
@@ -136,7 +131,7 @@ def test_an_unplugged_board_is_a_typed_error_at_once(emulator):
 
 def test_a_board_that_restarts_is_followed(emulator):
     with PadBoard(emulator.path, inputs=14) as board:
-        wait_for_reading(board)
+        board.wait()
         time.sleep(0.2)
         emulator.restart()
         wait_until(lambda: board.statistics().restarts == 1)
@@ -147,7 +142,7 @@ def test_a_board_that_restarts_is_followed(emulator):
 def test_a_board_with_another_number_of_inputs_is_refused(emulator):
     with PadBoard(emulator.path, inputs=16) as board:
         with pytest.raises(PadBoardError, match="has 14 inputs, the hand's description 16"):
-            wait_until(lambda: board.latest() is not None)
+            board.wait()
 
 
 def test_something_else_than_a_pad_board_is_diagnosed():
@@ -159,7 +154,8 @@ def test_something_else_than_a_pad_board_is_diagnosed():
             for _ in range(20):
                 os.write(master, b"temperature,21.3\r\n")
             wait_until(lambda: board.statistics().bytes > 300)
-            assert "another baud rate, or another sketch" in board.statistics().diagnosis()
+            with pytest.raises(PadBoardError, match="no frame: another device, another baud rate"):
+                board.wait(0.1)
     finally:
         os.close(master)
         os.close(slave)
