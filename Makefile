@@ -4,7 +4,7 @@ VENV   ?= .venv
 BIN    := $(VENV)/bin
 WORKERS ?= 2
 
-.PHONY: demo test slow check setup docs clean
+.PHONY: demo test slow check setup docs theseus clean
 
 setup: $(VENV)/.installed
 
@@ -25,6 +25,9 @@ check: setup
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
+
+theseus:
+	PYTHON="$(PYTHON)" sh tools/theseus.sh
 
 clean:
 	rm -rf $(VENV) demo-output .pytest_cache .mypy_cache .ruff_cache

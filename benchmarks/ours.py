@@ -1,0 +1,101 @@
+# SPDX-License-Identifier: MIT
+"""vtgtsam's estimator as a benchmark solver."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import gtsam
+import numpy as np
+
+from vtgtsam import EstimatorConfig, GridSdf, Measurement, ObjectModel, Pad, PadSet, PoseEstimator
+from vtgtsam.frame import check
+from vtgtsam.graph import OBJECT, GraphBuilder, as_graph
+from vtgtsam.sdf.closest import ClosestPoints
+
+from .clock import timed
+from .problem import Problem
+from .solver import Linearised, Solved
+
+
+class Ours:
+    """Solves a problem's frames one by one.
+
+    Args:
+        problem: The problem.
+        solver: "lm" or "fixed-damping".
+    """
+
+    def __init__(self, problem: Problem, solver: str = "lm") -> None:
+        self.name = f"vtgtsam {solver}"
+        self.estimator = PoseEstimator(
+            pad_set(problem),
+            ObjectModel("object", GridSdf(problem.values, problem.lower, problem.upper)),
+            config(problem, solver=solver),
+        )
+        self.measurements = measurements(problem)
+
+    def solve(self, frame: int, T_start: np.ndarray, batch: int = 1) -> Solved:
+        """Solve frames [frame, frame + batch); only ``batch`` 1, since a frame is an update."""
+        if batch != 1:
+            raise ValueError(f"vtgtsam solves one frame at a time, got a batch of {batch}")
+        self.estimator.reset(gtsam.Pose3(T_start[0]))
+        time, estimate = timed(lambda: self.estimator.update(self.measurements[frame]))
+        return Solved(estimate.T_wo.matrix()[None], time)
+
+    def linearise(self, frame: int, T_wo: np.ndarray) -> Linearised:
+        """The frame's objective at T_wo (4, 4), from the factors the estimator makes."""
+        graph = self._graph(frame)
+        values = gtsam.Values()
+        values.insert(OBJECT, gtsam.Pose3(T_wo))
+        information, gradient = graph.linearize(values).hessian()
+        return Linearised(graph.error(values), information, gradient)
+
+    def _graph(self, frame: int) -> gtsam.NonlinearFactorGraph:
+        hand, sdf = self.estimator.hand, self.estimator.obj.sdf
+        checked = check(self.measurements[frame], hand)
+        closest = ClosestPoints(hand, sdf)
+        closest.place(checked.T_wp, checked.touching)
+        return as_graph(
+            GraphBuilder(closest, len(hand), self.estimator.config).build(checked).factors
+        )
+
+    def close(self) -> None:
+        """Nothing to let go of."""
+
+
+def pad_set(problem: Problem) -> PadSet:
+    """The problem's pads; their sizes do not matter, their points do."""
+    begin, end = problem.offsets[:-1], problem.offsets[1:]
+    return PadSet(
+        Pad(f"pad_{k}", np.ptp(points[:, :2], axis=0), points)
+        for k, points in enumerate(problem.points_p[a:b] for a, b in zip(begin, end, strict=True))
+    )
+
+
+def config(problem: Problem, **overrides: Any) -> EstimatorConfig:
+    """The problem's settings as the estimator's."""
+    rotation, translation = (float(w) for w in problem.w_vis)
+    settings: dict[str, Any] = {
+        "iterations": problem.iterations,
+        "damping": problem.damping,
+        "log_theta_vis": problem.log_theta_vis,
+        "log_theta_tac": problem.log_theta_tac,
+        "w_vis": {"rotation": rotation, "translation": translation},
+        "w_tac": problem.w_tac,
+        "w_pen": problem.w_pen,
+    }
+    return EstimatorConfig(**(settings | overrides))
+
+
+def measurements(problem: Problem) -> list[Measurement]:
+    """The problem's frames as measurements."""
+    return [
+        Measurement(
+            time=0.033 * n,
+            contacts=problem.contacts[n],
+            T_wo_visual=gtsam.Pose3(problem.T_visual[n]),
+            T_wp=problem.T_wp[n],
+        )
+        for n in range(problem.frames)
+    ]
