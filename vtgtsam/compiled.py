@@ -28,7 +28,7 @@ def compiled_fast(function: Function) -> Function:
 
     Only for loops whose rounding is bounded by whoever uses the result, and whose values are finite.
     """
-    return _compile(function, fastmath={"reassoc", "contract", "nsz", "arcp"})
+    return _compile(function, fastmath={"reassoc", "contract", "nsz", "arcp", "nnan"})
 
 
 def _compile(function: Function, **options: Any) -> Function:

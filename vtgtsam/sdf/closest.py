@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 from dataclasses import dataclass
 
 import gtsam
@@ -11,7 +12,7 @@ import numpy as np
 
 from ..pads import PadSet
 from .grid import GridSdf
-from .search import closest_on_pads, points_in_world
+from .search import TILE, closest_on_pads, points_in_world
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,16 +45,12 @@ class ClosestPoints:
         count = len(pads)
         self._pads = pads
         self._grid = (sdf.values, sdf.lower, sdf.scale, _lipschitz(sdf), sdf.largest)
-        self._points = (
-            pads.points_p,
-            np.ascontiguousarray(pads.points_p.T, dtype=np.float32),
-            pads.offsets,
-            _box_corners(pads),
-        )
+        self._points = (pads.points_p, _box_corners(pads), *_cut_into_tiles(pads))
         # What the search remembers from pose to pose: see search.py.
         self._memory = (
-            np.empty(len(pads.points_p), np.float32),
-            np.full(count, -np.inf),
+            np.empty(TILE, np.float32),
+            np.full(self._points[-1][-1], -np.inf),
+            np.zeros(count),
             pads.offsets[:-1].copy(),
             np.zeros((count, 3, 3)),
             np.full((count, 3), np.inf),
@@ -100,11 +97,11 @@ class ClosestPoints:
     def _search(self, T_wo: np.ndarray, wanted: np.ndarray) -> PadContacts:
         return PadContacts(
             *closest_on_pads(
-                *self._grid,
                 np.ascontiguousarray(T_wo),
                 self._T_wp,
-                *self._points,
                 wanted,
+                *self._grid,
+                *self._points,
                 *self._memory,
             )
         )
@@ -121,3 +118,31 @@ def _box_corners(pads: PadSet) -> np.ndarray:
     flat = not bounds[:, :, 2].any()
     choices = [c for c in itertools.product((0, 1), repeat=3) if not (flat and c[2])]
     return np.stack([bounds[:, choice, (0, 1, 2)] for choice in choices], axis=1)
+
+
+def _cut_into_tiles(pads: PadSet) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The pads' points as compact groups of ``TILE``.
+
+    Returns:
+        order: Indices into the points, (N * TILE,); a pad's last group repeats points to be full.
+        tiles: The points in single precision, (3, N * TILE).
+        offsets: Pad k's tiles are offsets[k] to offsets[k + 1], (K + 1,).
+    """
+    groups = [
+        _groups(pad.points_p, np.arange(begin, begin + len(pad.points_p)))
+        for pad, begin in zip(pads.pads, pads.offsets, strict=False)
+    ]
+    order = np.concatenate([np.resize(group, TILE) for pad in groups for group in pad])
+    tiles = pads.points_p[order].T
+    offsets = np.cumsum([0, *(len(pad) for pad in groups)])
+    return order, np.ascontiguousarray(tiles, dtype=np.float32), offsets
+
+
+def _groups(points: np.ndarray, indices: np.ndarray) -> list[np.ndarray]:
+    """Halve points (M, 3) along their longer side until each group has at most ``TILE``."""
+    if len(points) <= TILE:
+        return [indices]
+    along = np.argsort(points[:, np.ptp(points, axis=0).argmax()], kind="stable")
+    middle = math.ceil(len(points) / TILE / 2) * TILE
+    halves = along[:middle], along[middle:]
+    return [group for half in halves for group in _groups(points[half], indices[half])]

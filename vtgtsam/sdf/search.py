@@ -3,15 +3,19 @@ r"""The compiled search for each pad's closest point: exactly the plain search's
 
 The plain search takes the distance of every grid point of every pad, in double precision, at every pose. Here
 
-- all points of a pad are first looked at in single precision, about six times faster per point; only those
-  within twice the rounding bound of the least are evaluated in double precision;
-- the single-precision distances ``near`` are kept with the pose they belong to. At another pose each may have
-  changed by at most ``moved`` = L x (the largest displacement of the pad's corners), L being the field's
-  Lipschitz constant, so only points with near <= phi(the last closest point) + moved can be the closest. The
-  optimiser's steps shrink quickly, and so does this set; where it stays large, all points are looked at again;
-- a pad that reports no contact matters only where phi < 0: it is left out while near > moved everywhere.
+- each pad's points are cut into tiles of ``TILE`` neighbours. A tile is looked at in single precision, several
+  times faster per point, and what follows from that for later poses is remembered as its ``floor``: when the pad
+  has moved, no point of it can have come closer by more than L x (the displacement of the pad's farthest corner),
+  L being the field's Lipschitz constant. These add up in ``travel``, so a tile's least distance is at least
+  floor - travel at any later pose;
+- a tile is looked at again only where that bound is not above the best distance found so far, first of all the
+  distance now of the point that was the closest. The optimiser's steps shrink quickly, and so does this set;
+- a pad that reports no contact matters only where phi < 0: there the best so far is 0 from the start;
+- only points within the rounding of single precision of the best are evaluated in double precision.
 
-Every bound includes the rounding of the single-precision pass, so no shortcut changes a result.
+Every bound includes that rounding, so no shortcut changes a result.
+
+Arguments are plain arrays, many of them: bundled in tuples they cost half as much again as the search itself.
 """
 
 from __future__ import annotations
@@ -23,27 +27,30 @@ import numpy as np
 from ..compiled import compiled, compiled_fast
 from .kernels import trilinear
 
-LOOK_AGAIN = 8  # all points are looked at again where more than 1 / LOOK_AGAIN of them remain
-ROUNDING = 2.0**-18  # bound of the single-precision pass, per metre of distance and of reach
-BLOCK = 64  # points skipped at once where none can be the closest
+TILE = 16  # points looked at together: two vectors of eight
+ROUNDING = (
+    2.0**-17
+)  # bound of a single-precision distance's error, per metre of distance and of reach
 
 
 @compiled
 def closest_on_pads(
+    T_wo: Any,
+    T_wp: Any,
+    wanted: Any,
     values: Any,
     lower: Any,
     scale: Any,
     lipschitz: Any,
     largest: float,
-    T_wo: Any,
-    T_wp: Any,
-    points_p: Any,
-    points32: Any,
-    offsets: Any,
+    points: Any,
     corners: Any,
-    wanted: Any,
+    order: Any,
+    tiles: Any,
+    tile_offsets: Any,
     near: Any,
-    least: Any,
+    floor: Any,
+    travel: Any,
     last: Any,
     seen_R: Any,
     seen_t: Any,
@@ -52,36 +59,37 @@ def closest_on_pads(
     """Grid point of least distance on each pad, at one object pose.
 
     Args:
+        T_wo: Object pose, (4, 4).
+        T_wp: Pad poses, (K, 4, 4).
+        wanted: Pads whose distance is wanted whatever it is, (K,); of the others only if negative.
         values: Distances at the grid's nodes, and with the next two the grid (see ``kernels``).
         lower: Position of the first node.
         scale: Cells per metre.
         lipschitz: Lipschitz constants of the field, inside the grid and anywhere, (2,).
         largest: Largest absolute value of a node.
-        T_wo: Object pose, (4, 4).
-        T_wp: Pad poses, (K, 4, 4).
-        points_p: All pads' points, each in its pad's frame, (P, 3).
-        points32: The same in single precision, (3, P).
-        offsets: Pad k's points are offsets[k] to offsets[k + 1].
+        points: All pads' points, each in its pad's frame, (P, 3).
         corners: Corners of the box around each pad's points, in its frame, (K, 4, 3) or (K, 8, 3).
-        wanted: Pads whose distance is wanted whatever it is, (K,); of the others only if negative.
-        near: Memory: single-precision distances at the pose last looked at, (P,).
-        least: Memory: the least of them, (K,).
+        order: Which points the tiles hold, (N * TILE,).
+        tiles: Their coordinates in single precision, (3, N * TILE).
+        tile_offsets: Pad k's tiles are tile_offsets[k] to tile_offsets[k + 1].
+        near: Room for the distances of one tile, (TILE,) float32.
+        floor: Memory: what each tile's least distance was at least, plus the travel then, (N,).
+        travel: Memory: how much nearer any point of the pad can have come since the beginning [m], (K,).
         last: Memory: the last closest points, (K,).
-        seen_R: Memory: rotation of T_op that ``near`` belongs to, (K, 3, 3).
+        seen_R: Memory: rotation of T_op at the last pose, (K, 3, 3).
         seen_t: Memory: its translation, (K, 3); infinite where there is none yet.
         seen_inside: Memory: whether all the pad's points were inside the grid there, (K,).
 
     Returns:
-        Distances (K,), Jacobians for a right perturbation of T_wo (K, 6), indices into points_p (K,). Of equal
+        Distances (K,), Jacobians for a right perturbation of T_wo (K, 6), indices into the points (K,). Of equal
         distances the first point counts. Infinite, zero and -1 for a pad that is not wanted and does not reach
         into the object.
     """
-    count = len(T_wp)
+    count, flat, cell = len(T_wp), values.ravel(), (1.0 / scale).astype(np.float32)
     distances = np.full(count, np.inf)
     jacobians = np.zeros((count, 6))
     indices = np.full(count, -1)
     for k in range(count):
-        begin, end = offsets[k], offsets[k + 1]
         R, t = relative_pose(T_wo, T_wp[k])
         inside, rounding, moved = bounds_of_pad(
             values.shape,
@@ -96,62 +104,48 @@ def closest_on_pads(
             seen_inside[k],
             corners[k],
         )
-        if not wanted[k] and least[k] > moved:
+        travel[k] += moved
+        seen_R[k], seen_t[k], seen_inside[k] = R, t, inside
+        first, behind = tile_offsets[k], tile_offsets[k + 1]
+        if not wanted[k] and floor[first:behind].min() > travel[k]:
             continue
-        limit = np.inf
-        if moved < np.inf:
-            p = points_p[last[k]]
-            x, y, z = transform(R, t, p)
-            bound = trilinear(values, lower, scale, x, y, z)[0]
-            limit = moved + (bound if wanted[k] else min(bound, 0.0))
-        if count_up_to(near, begin, end, np.float32(limit)) * LOOK_AGAIN > end - begin:
-            least[k] = look(values, lower, scale, R, t, points32, begin, end, inside, near)
-            seen_R[k], seen_t[k], seen_inside[k] = R, t, inside
-            if not wanted[k] and least[k] > rounding:
+        A, b = to_cells(lower, scale, R, t)
+        best, at = distance_at(values, lower, scale, R, t, points[last[k]]), last[k]
+        for tile in range(first, behind):
+            bound = best if wanted[k] else min(best, 0.0)
+            if floor[tile] - travel[k] > bound:
                 continue
-            limit = least[k] + 2 * rounding
-        best, at = nearest_of(values, lower, scale, R, t, points_p, begin, end, near, limit)
-        last[k] = at if at >= 0 else last[k]
-        if at < 0 or (not wanted[k] and best >= 0):
-            continue
-        distances[k], indices[k] = best, at
-        x, y, z = transform(R, t, points_p[at])
-        _, gx, gy, gz = trilinear(values, lower, scale, x, y, z)
-        # dphi/dxi = grad phi^T [skew(p_o) -I] = [(grad phi x p_o)^T  -grad phi^T]
-        jacobians[k, 0] = gy * z - gz * y
-        jacobians[k, 1] = gz * x - gx * z
-        jacobians[k, 2] = gx * y - gy * x
-        jacobians[k, 3], jacobians[k, 4], jacobians[k, 5] = -gx, -gy, -gz
+            least = look(flat, values.shape, cell, A, b, tiles, tile * TILE, inside, near)
+            floor[tile] = least - rounding + travel[k]
+            if least - rounding > bound:
+                continue
+            for n in range(TILE):
+                if near[n] - rounding <= bound:
+                    index = order[tile * TILE + n]
+                    phi = distance_at(values, lower, scale, R, t, points[index])
+                    if phi < best or (phi == best and index < at):
+                        best, at = phi, index
+                        bound = min(bound, best)
+        last[k] = at
+        if wanted[k] or best < 0:
+            distances[k], indices[k] = best, at
+            jacobians[k] = jacobian_at(values, lower, scale, R, t, points[at])
     return distances, jacobians, indices
 
 
 @compiled
-def nearest_of(
-    values: Any,
-    lower: Any,
-    scale: Any,
-    R: Any,
-    t: Any,
-    points_p: Any,
-    begin: int,
-    end: int,
-    near: Any,
-    limit: float,
-) -> Any:
-    """Least distance, in double precision, among points [begin, end) with near <= limit, and which it is."""
-    limit32 = np.float32(limit)
-    best, at = np.inf, -1
-    for block in range(begin, end, BLOCK):
-        stop = min(block + BLOCK, end)
-        if count_up_to(near, block, stop, limit32) == 0:
-            continue
-        for n in range(block, stop):
-            if near[n] <= limit32:
-                x, y, z = transform(R, t, points_p[n])
-                phi = trilinear(values, lower, scale, x, y, z)[0]
-                if phi < best:
-                    best, at = phi, n
-    return best, at
+def distance_at(values: Any, lower: Any, scale: Any, R: Any, t: Any, p: Any) -> float:
+    """Distance of the point R p + t."""
+    x, y, z = transform(R, t, p)
+    return trilinear(values, lower, scale, x, y, z)[0]  # type: ignore[no-any-return]
+
+
+@compiled
+def jacobian_at(values: Any, lower: Any, scale: Any, R: Any, t: Any, p: Any) -> Any:
+    """dphi/dxi = grad phi^T [skew(p_o) -I] = [(grad phi x p_o)^T  -grad phi^T], shape (6,)."""
+    x, y, z = transform(R, t, p)
+    _, gx, gy, gz = trilinear(values, lower, scale, x, y, z)
+    return np.array([gy * z - gz * y, gz * x - gx * z, gx * y - gy * x, -gx, -gy, -gz])
 
 
 @compiled
@@ -209,10 +203,10 @@ def bounds_of_pad(
     and as many rounded inputs, each wrong by 2^-24 of at most the pad's reach from the grid's first node; three
     axes together move phi by less than 28 L 2^-24 reach. Seven linear interpolations of three operations add less
     than 48 x 2^-24 of the largest value, the distance beyond the grid less than 8 x 2^-24 reach. ``ROUNDING`` is
-    64 x 2^-24. The last factor 2 covers the comparisons with a limit rounded to single precision.
+    twice the 64 x 2^-24 that covers these.
 
-    moved: Most that a point's distance differs from its single-precision distance at the pose seen [m], infinite
-    where none was. The difference of two affine maps is affine and its norm convex: the largest is at a corner.
+    moved: Most that a point's distance differs from that at the pose seen last [m], 0 where none was. The
+    difference of two affine maps is affine and its norm convex: the largest is at a corner.
     """
     inside, reach, size, step = True, 0.0, 0.0, 0.0
     for c in range(len(corners)):
@@ -226,67 +220,68 @@ def bounds_of_pad(
         size = max(size, abs(p[0]) + abs(p[1]) + abs(p[2]))
         a, b, d = transform(seen_R, seen_t, p)
         step = max(step, (x - a) ** 2 + (y - b) ** 2 + (z - d) ** 2)
-    rounding = 2.0 * ROUNDING * lipschitz[1] * (largest + reach + size)
+    rounding = ROUNDING * lipschitz[1] * (largest + reach + size)
+    if not np.isfinite(seen_t[0]):
+        return inside, rounding, 0.0
     slope = lipschitz[0] if inside and seen_inside else lipschitz[1]
-    moved = slope * np.sqrt(step) + rounding if np.isfinite(seen_t[0]) else np.inf
-    return inside, rounding, moved
+    return inside, rounding, slope * np.sqrt(step)
 
 
 @compiled
-def count_up_to(near: Any, begin: int, end: int, limit: float) -> int:
-    """How many of near[begin:end] are at most ``limit``."""
-    if limit == np.inf:
-        return end - begin
-    count = 0
-    for n in range(begin, end):
-        count += near[n] <= limit
-    return count
-
-
-@compiled
-def look(
-    values: Any,
-    lower: Any,
-    scale: Any,
-    R: Any,
-    t: Any,
-    points32: Any,
-    begin: int,
-    end: int,
-    inside: bool,
-    near: Any,
-) -> float:
-    """Single-precision distances of points [begin, end) into ``near``; returns the least."""
-    shape = values.shape
-    A = np.empty((3, 3), np.float32)  # metres in the pad's frame to cells
+def to_cells(lower: Any, scale: Any, R: Any, t: Any) -> Any:
+    """The map A p + b from the pad's frame to cells of the grid, in single precision, (3, 3) and (3,)."""
+    A = np.empty((3, 3), np.float32)
     b = np.empty(3, np.float32)
     for i in range(3):
         for j in range(3):
             A[i, j] = R[i, j] * scale[i]
         b[i] = (t[i] - lower[i]) * scale[i]
-    flat = values.ravel()
+    return A, b
+
+
+@compiled
+def look(
+    flat: Any,
+    shape: Any,
+    cell: Any,
+    A: Any,
+    b: Any,
+    tiles: Any,
+    begin: int,
+    inside: bool,
+    near: Any,
+) -> float:
+    """Single-precision distances of the tile's points from ``begin`` into ``near`` (TILE,); returns the least."""
     if inside:
-        look_inside(flat, shape[1], shape[2], A, b, points32, begin, end, near)
+        look_inside(flat, shape[1], shape[2], A, b, tiles, begin, near)
     else:
-        cell = (1.0 / scale).astype(np.float32)
-        look_anywhere(flat, shape, cell, A, b, points32, begin, end, near)
-    least = near[begin]
-    for n in range(begin, end):
-        least = min(least, near[n])
+        look_anywhere(flat, shape, cell, A, b, tiles, begin, near)
+    return least_of(near)  # type: ignore[no-any-return]
+
+
+@compiled_fast
+def least_of(near: Any) -> float:
+    """Least of TILE values."""
+    least = near[0]
+    for n in range(1, len(near)):
+        least = near[n] if near[n] < least else least
     return least  # type: ignore[no-any-return]
 
 
 @compiled_fast
 def look_inside(
-    flat: Any, ny: int, nz: int, A: Any, b: Any, points: Any, begin: int, end: int, near: Any
+    flat: Any, ny: int, nz: int, A: Any, b: Any, tiles: Any, begin: int, near: Any
 ) -> None:
     """Distances of points that are all inside the grid: no branch, so that the compiler vectorises."""
     sx, sy = np.uint32(ny * nz), np.uint32(nz)
-    for n in range(begin, end):
-        x, y, z = points[0, n], points[1, n], points[2, n]
-        u = A[0, 0] * x + A[0, 1] * y + A[0, 2] * z + b[0]
-        v = A[1, 0] * x + A[1, 1] * y + A[1, 2] * z + b[1]
-        w = A[2, 0] * x + A[2, 1] * y + A[2, 2] * z + b[2]
+    a00, a01, a02, b0 = A[0, 0], A[0, 1], A[0, 2], b[0]
+    a10, a11, a12, b1 = A[1, 0], A[1, 1], A[1, 2], b[1]
+    a20, a21, a22, b2 = A[2, 0], A[2, 1], A[2, 2], b[2]
+    for n in range(len(near)):
+        x, y, z = tiles[0, begin + n], tiles[1, begin + n], tiles[2, begin + n]
+        u = a00 * x + a01 * y + a02 * z + b0
+        v = a10 * x + a11 * y + a12 * z + b1
+        w = a20 * x + a21 * y + a22 * z + b2
         i, j, k = np.int32(u), np.int32(v), np.int32(w)
         at = np.uint32(i) * sx + np.uint32(j) * sy + np.uint32(k)
         near[n] = cell_value(
@@ -296,17 +291,20 @@ def look_inside(
 
 @compiled_fast
 def look_anywhere(
-    flat: Any, shape: Any, cell: Any, A: Any, b: Any, points: Any, begin: int, end: int, near: Any
+    flat: Any, shape: Any, cell: Any, A: Any, b: Any, tiles: Any, begin: int, near: Any
 ) -> None:
     """Distances of points inside or outside the grid."""
     nx, ny, nz = shape
     sx, sy = np.uint32(ny * nz), np.uint32(nz)
-    zero = np.float32(0)
-    for n in range(begin, end):
-        x, y, z = points[0, n], points[1, n], points[2, n]
-        u = A[0, 0] * x + A[0, 1] * y + A[0, 2] * z + b[0]
-        v = A[1, 0] * x + A[1, 1] * y + A[1, 2] * z + b[1]
-        w = A[2, 0] * x + A[2, 1] * y + A[2, 2] * z + b[2]
+    zero, hx, hy, hz = np.float32(0), cell[0], cell[1], cell[2]
+    a00, a01, a02, b0 = A[0, 0], A[0, 1], A[0, 2], b[0]
+    a10, a11, a12, b1 = A[1, 0], A[1, 1], A[1, 2], b[1]
+    a20, a21, a22, b2 = A[2, 0], A[2, 1], A[2, 2], b[2]
+    for n in range(len(near)):
+        x, y, z = tiles[0, begin + n], tiles[1, begin + n], tiles[2, begin + n]
+        u = a00 * x + a01 * y + a02 * z + b0
+        v = a10 * x + a11 * y + a12 * z + b1
+        w = a20 * x + a21 * y + a22 * z + b2
         cu = min(max(u, zero), np.float32(nx - 1))
         cv = min(max(v, zero), np.float32(ny - 1))
         cw = min(max(w, zero), np.float32(nz - 1))
@@ -317,7 +315,7 @@ def look_anywhere(
         phi = cell_value(
             flat, at, sx, sy, cu - np.float32(i), cv - np.float32(j), cw - np.float32(k)
         )
-        dx, dy, dz = (u - cu) * cell[0], (v - cv) * cell[1], (w - cw) * cell[2]
+        dx, dy, dz = (u - cu) * hx, (v - cv) * hy, (w - cw) * hz
         near[n] = phi + np.sqrt(dx * dx + dy * dy + dz * dz)
 
 
