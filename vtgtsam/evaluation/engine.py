@@ -4,10 +4,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import AbstractContextManager
+from contextlib import AbstractContextManager, contextmanager
 from typing import Any, TypeVar
 
 from ..exceptions import VtgtsamError
+from .resume import code_version
 
 Task = TypeVar("Task")
 Result = TypeVar("Result")
@@ -28,7 +29,7 @@ def run_tasks(
         scheduler: Address of a Dask scheduler, "tcp://HOST:PORT", whose workers do the work instead.
 
     Raises:
-        VtgtsamError: A worker died, or the scheduler cannot be reached.
+        VtgtsamError: A worker died; or the scheduler cannot be reached, or its workers run other code.
     """
     if scheduler is None and jobs == 1:
         yield from map(function, tasks)
@@ -55,7 +56,8 @@ def _local() -> AbstractContextManager[Any]:
     return joblib.parallel_config(backend="loky", inner_max_num_threads=1)  # type: ignore[no-any-return]
 
 
-def _dask(scheduler: str) -> AbstractContextManager[Any]:
+@contextmanager
+def _dask(scheduler: str) -> Iterator[None]:
     try:
         from distributed import Client
     except ImportError as error:
@@ -68,4 +70,19 @@ def _dask(scheduler: str) -> AbstractContextManager[Any]:
         client = Client(scheduler, timeout="10s", set_as_default=False)  # type: ignore[no-untyped-call]
     except (OSError, ValueError) as error:
         raise VtgtsamError(f"no Dask scheduler answers at {scheduler}: {error}") from error
-    return joblib.parallel_config(backend="dask", client=client)  # type: ignore[no-any-return]
+    with client:
+        _check_workers(client, scheduler)
+        with joblib.parallel_config(backend="dask", client=client):
+            yield
+
+
+def _check_workers(client: Any, scheduler: str) -> None:
+    versions = client.run(code_version)
+    if not versions:
+        raise VtgtsamError(f"the Dask scheduler at {scheduler} has no workers; start some first")
+    others = set(versions.values()) - {code_version()}
+    if others:
+        raise VtgtsamError(
+            f"workers at {scheduler} have vtgtsam {', '.join(sorted(others))}, this program has "
+            f"{code_version()}; install the same everywhere"
+        )

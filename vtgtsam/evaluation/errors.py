@@ -7,11 +7,10 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import gtsam
-import numpy as np
 import pyarrow as pa
 
 from ..estimate import Estimate
-from ..metrics import add, adds, translation_error
+from ..metrics import Adds, add, rotation_error, translation_error
 from ..objects import ObjectModel
 from ..recording import Recording
 
@@ -26,7 +25,7 @@ SCHEMA = pa.schema(
         ("adds_m", pa.float64()),  # null where there is no pose
         ("add_m", pa.float64()),
         ("translation_m", pa.float64()),  # at the object's centre
-        ("rotation_rad", pa.float64()),
+        ("rotation_rad", pa.float64()),  # smallest over the object's symmetries
         ("status", pa.string()),
         ("phase", pa.string()),  # "before", "turning" or "after" the turn of the hand
     ]
@@ -54,12 +53,13 @@ def errors_table(
         return SCHEMA.empty_table(), "the object has no mesh: estimated, but no ADD-S without one"
     times = [estimate.time for estimate in next(iter(estimates.values()))]
     truth = recording.truth_at(times)
+    errors = _Errors(obj)
     names = {name: about[name] for name in ("sequence", "object", "dataset")}
     rows = [
         names
         | {"method": method, "time": estimate.time, "time_rel": estimate.time - times[0]}
         | {"status": estimate.status, "phase": phase}
-        | ({} if estimate.T_wo is None else _errors(obj, estimate.T_wo, T_true))
+        | ({} if estimate.T_wo is None else errors(estimate.T_wo, T_true))
         for method, of_method in estimates.items()
         for estimate, phase, T_true in zip(of_method, phases, truth, strict=True)
         if T_true is not None
@@ -69,10 +69,17 @@ def errors_table(
     return pa.Table.from_pylist(rows, schema=SCHEMA), note
 
 
-def _errors(obj: ObjectModel, T_est: gtsam.Pose3, T_true: gtsam.Pose3) -> dict[str, float]:
-    return {
-        "adds_m": adds(obj.mesh, T_est, T_true),
-        "add_m": add(obj.mesh, T_est, T_true),
-        "translation_m": translation_error(T_est, T_true, obj.center),
-        "rotation_rad": float(np.linalg.norm(T_true.rotation().logmap(T_est.rotation()))),
-    }
+class _Errors:
+    """An estimate's errors. Made anew for each sequence, so that none depends on the one before."""
+
+    def __init__(self, obj: ObjectModel) -> None:
+        self._obj = obj
+        self._adds = Adds(obj.mesh)
+
+    def __call__(self, T_est: gtsam.Pose3, T_true: gtsam.Pose3) -> dict[str, float]:
+        return {
+            "adds_m": self._adds(T_est, T_true),
+            "add_m": add(self._obj.mesh, T_est, T_true),
+            "translation_m": translation_error(T_est, T_true, self._obj.center),
+            "rotation_rad": rotation_error(T_est, T_true, self._obj.symmetry),
+        }

@@ -15,7 +15,7 @@ import numpy as np
 from ..measurement import Measurement
 from ..recording import Recording
 
-SILENCE = 0.2  # [s], a shorter gap is a slow or dropped image, not a lost object
+SILENCE = 2.5  # [periods], a shorter gap is a late or dropped image, not a lost object
 
 
 def evaluation_frames(recording: Recording) -> list[Measurement]:
@@ -41,5 +41,4 @@ def _is_silent(time: float, times: np.ndarray, period: float, end: float) -> boo
     if after == 0:
         return False
     start, stop = times[after - 1], times[after] if after < len(times) else end + period
-    long_gap = stop - start > max(SILENCE, 3 * period)
-    return bool(long_gap and start + period / 2 < time < stop - period / 2)
+    return bool(stop - start > SILENCE * period and start + period / 2 < time < stop - period / 2)

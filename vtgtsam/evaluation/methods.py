@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import get_args
 
@@ -39,9 +39,19 @@ def method_configs(names: Iterable[str], config: EstimatorConfig) -> dict[str, E
     """Each named method's configuration: ``config`` with its ``method`` replaced.
 
     Raises:
+        ValueError: As ``check_methods``.
+    """
+    names = list(names)
+    check_methods(names)
+    return {name: config.model_copy(update={"method": name}) for name in names}
+
+
+def check_methods(names: Sequence[str]) -> None:
+    """Refuse names that no comparison can be made with.
+
+    Raises:
         ValueError: No name is given, one is unknown, or one is given twice.
     """
-    names = [names] if isinstance(names, str) else list(names)
     known = get_args(Method)
     unknown = [name for name in names if name not in known]
     if unknown:
@@ -50,4 +60,3 @@ def method_configs(names: Iterable[str], config: EstimatorConfig) -> dict[str, E
         )
     if not names or len(set(names)) < len(names):
         raise ValueError(f"methods must be one or more different names, got {names}")
-    return {name: config.model_copy(update={"method": name}) for name in names}

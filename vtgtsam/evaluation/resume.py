@@ -19,19 +19,22 @@ from ..pads import PadSet
 from ..recording.topics import ObjectFile, TopicMap
 
 
-def sequence_key(recording: Path, configs: Mapping[str, EstimatorConfig], inputs: str) -> str:
+def sequence_key(
+    recording: Path, configs: Mapping[str, EstimatorConfig], inputs: str, code: str
+) -> str:
     """Hash of all that one sequence's results depend on.
 
     Args:
         recording: The recording, whose content counts, not its name.
         configs: Each method's configuration.
         inputs: Digest of what was given beside the recording (``inputs_digest``).
+        code: Version of the code (``code_version``).
     """
     made_from = {
         "recording": _content(recording),
         "methods": {name: config.model_dump(mode="json") for name, config in configs.items()},
         "inputs": inputs,
-        "code": code_version(),
+        "code": code,
     }
     return hashlib.sha256(json.dumps(made_from).encode()).hexdigest()
 

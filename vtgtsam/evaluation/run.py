@@ -109,11 +109,13 @@ def run(
     found = find_recordings(paths)
     configs = method_configs(methods, load_config(config))
     topic_map = load_topics(Path(topics)) if isinstance(topics, str | os.PathLike) else topics
-    folder = Path(out)
+    folder = Path(out).resolve()  # workers may have another current folder
     _prepare(folder, set(found))
     inputs = inputs_digest(hand, obj, topic_map)
     tasks = [
-        Task(sequence, path, configs, folder, hand, obj, topic_map, inputs)
+        Task(
+            sequence, path.resolve(), configs, folder, hand, obj, topic_map, inputs, code_version()
+        )
         for sequence, path in found.items()
     ]
     outcomes: dict[str, Outcome] = {}
@@ -136,6 +138,7 @@ def _prepare(out: Path, sequences: set[str]) -> None:
 
 def _collect(out: Path, outcomes: list[Outcome], methods: list[str]) -> Tables:
     """Put the sequences' results together, in the order of their ids."""
+    remove_leftovers(out)  # of a cluster's worker that died
     done = [outcome for outcome in outcomes if not outcome.problem]
     parts = [store.metrics_path(out, outcome.sequence) for outcome in done]
     concatenate(parts, out / store.METRICS, SCHEMA)

@@ -37,6 +37,7 @@ class Task:
         obj: Object to use instead of the recording's, or None.
         topics: Topic map for a foreign bag, or None.
         inputs: Digest of the last three.
+        code: The caller's ``code_version``.
     """
 
     sequence: str
@@ -47,6 +48,7 @@ class Task:
     obj: Any
     topics: Any
     inputs: str
+    code: str
 
 
 @dataclass(frozen=True)
@@ -72,7 +74,7 @@ def evaluate_sequence(task: Task) -> Outcome:
     Whatever goes wrong with this sequence is told in the outcome, so that the others go on.
     """
     try:
-        key = sequence_key(task.path, task.configs, task.inputs)
+        key = sequence_key(task.path, task.configs, task.inputs, task.code)
         about = store.done(task.out, task.sequence, key)
         if about is not None:
             return Outcome(task.sequence, about, reused=True)

@@ -1,0 +1,110 @@
+# SPDX-License-Identifier: MIT
+"""Killed runs and a cluster give the bytes of an undisturbed run in one process."""
+
+import hashlib
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+from held_box import write_grasp
+
+from vtgtsam import evaluate
+
+METHODS = ("vis", "vis+tac+pen")
+SEQUENCES = 6
+
+
+def tree(folder: Path) -> dict[str, str]:
+    return {
+        path.relative_to(folder).as_posix(): hashlib.sha256(path.read_bytes()).hexdigest()
+        for path in sorted(folder.rglob("*"))
+        if path.is_file()
+    }
+
+
+@pytest.fixture(scope="module")
+def grasps(tmp_path_factory) -> Path:
+    folder = tmp_path_factory.mktemp("grasps")
+    for seed in range(SEQUENCES):
+        write_grasp(folder / f"{seed}.mcap", seed=seed, frames=60)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def undisturbed(grasps, tmp_path_factory) -> dict[str, str]:
+    out = tmp_path_factory.mktemp("undisturbed")
+    evaluate(grasps, METHODS, "tuned", out)
+    return tree(out)
+
+
+@contextmanager
+def started(*arguments, **options):
+    """A process and all that it starts, killed at the end."""
+    process = subprocess.Popen(
+        [sys.executable, "-m", *map(str, arguments)],
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+        start_new_session=True,
+        **options,
+    )
+    try:
+        yield process
+    finally:
+        try:
+            os.killpg(process.pid, signal.SIGKILL)
+        except ProcessLookupError:
+            pass
+        process.wait()
+
+
+def wait_until(condition, timeout=60.0):
+    end = time.monotonic() + timeout
+    while not condition():
+        assert time.monotonic() < end
+        time.sleep(0.005)
+
+
+@pytest.mark.parametrize("done", [0, 2])
+def test_killed_with_two_workers_the_next_call_finishes_it(grasps, undisturbed, tmp_path, done):
+    command = ("vtgtsam.cli", "evaluate", grasps, "--out", tmp_path, "--jobs", 2)
+    parts = tmp_path / "metrics"
+    with started(*command, "--methods", ",".join(METHODS)):
+        wait_until(
+            lambda: (tmp_path / "estimates").exists() and len(list(parts.glob("*.p*"))) >= done
+        )
+    assert not (tmp_path / "metrics.parquet").exists()
+    evaluate(grasps, METHODS, "tuned", tmp_path)
+    assert tree(tmp_path) == undisturbed
+
+
+@pytest.mark.slow
+def test_a_cluster_that_loses_a_worker_gives_the_same_bytes(grasps, undisturbed, tmp_path):
+    pytest.importorskip("distributed")
+    contact, out = tmp_path / "scheduler.json", tmp_path / "out"
+    local = ("--scheduler-file", contact, "--no-dashboard")
+    scheduler = ("distributed.cli.dask_scheduler", "--host", "127.0.0.1", "--port", 0, *local)
+    worker = ("distributed.cli.dask_worker", "--no-nanny", "--nthreads", 1, *local)
+    with started(*scheduler), started(*worker, cwd=tmp_path), started(*worker) as doomed:
+        address = scheduler_address(contact, workers=2)
+        command = ("vtgtsam.cli", "evaluate", grasps, "--out", out, "--scheduler", address)
+        with started(*command, "--methods", ",".join(METHODS)) as run:
+            wait_until((out / "estimates").exists)
+            doomed.kill()
+            assert run.wait(timeout=120) == 0
+    assert tree(out) == undisturbed
+
+
+def scheduler_address(contact: Path, workers: int) -> str:
+    from distributed import Client
+
+    wait_until(contact.exists)
+    address = json.loads(contact.read_text())["address"]
+    with Client(address, set_as_default=False) as client:
+        client.wait_for_workers(workers, timeout=60)
+    return address

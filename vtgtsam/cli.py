@@ -1,0 +1,59 @@
+# SPDX-License-Identifier: MIT
+"""The command line: ``vtgtsam evaluate``, ``vtgtsam inspect``, ...
+
+Exit codes: 0 done; 1 an error that is to be expected, in one line on stderr; 2 wrong usage; 3 finished,
+but some sequences failed. Any other error is a mistake of this program and shows its traceback.
+"""
+
+from __future__ import annotations
+
+import sys
+from typing import Annotated
+
+import typer
+
+from . import __version__
+from .commands.evaluate import evaluate
+from .commands.inspect import inspect
+from .commands.report import report
+from .commands.sdf import sdf
+from .exceptions import VtgtsamError
+
+app = typer.Typer(
+    name="vtgtsam",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,  # plain text, and rich need not be imported
+)
+for command in (evaluate, report, inspect, sdf):
+    app.command()(command)
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        print(f"vtgtsam {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def vtgtsam(
+    version: Annotated[
+        bool,
+        typer.Option("--version", callback=_print_version, is_eager=True, help="Say the version."),
+    ] = False,
+) -> None:
+    """Where is the object in the robot's hand? Fuses vision, touch and non-penetration."""
+
+
+def main() -> None:
+    """Run the command line of this process."""
+    try:
+        app()
+    except (VtgtsamError, OSError) as error:
+        print(f"vtgtsam: {' '.join(str(error).split())}", file=sys.stderr)
+        sys.exit(1)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,73 @@
+# SPDX-License-Identifier: MIT
+"""``vtgtsam evaluate``: methods on recorded sequences."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+SOME_FAILED = 3
+INTERRUPTED = 130  # 128 + SIGINT, as shells count
+
+
+def evaluate(
+    paths: Annotated[
+        list[Path],
+        typer.Argument(
+            metavar="PATHS",
+            help=".mcap files, rosbag2 folders, or folders that are searched for both.",
+        ),
+    ],
+    out: Annotated[Path, typer.Option(help="Folder for everything that is computed.")],
+    methods: Annotated[
+        str, typer.Option(help="Methods to compare, separated by commas.")
+    ] = "vis,vis+pen,vis+tac+pen",
+    config: Annotated[
+        str, typer.Option(help="Preset (simulation, real_world, tuned) or YAML file.")
+    ] = "tuned",
+    jobs: Annotated[int, typer.Option(min=1, help="Processes to use.")] = 1,
+    scheduler: Annotated[
+        str | None, typer.Option(help="Dask scheduler to use instead, tcp://HOST:PORT.")
+    ] = None,
+    topics: Annotated[
+        Path | None, typer.Option(help="Topic map (YAML) for other people's bags.")
+    ] = None,
+    hand: Annotated[
+        str | None, typer.Option(help="Hand instead of the recordings': a name, or MJCF or URDF.")
+    ] = None,
+    object: Annotated[
+        str | None, typer.Option(help="Object instead of the recordings': a name or a mesh.")
+    ] = None,
+) -> None:
+    """Estimate the object's pose in recordings and compare with the truth.
+
+    Interrupted, it goes on where it stopped when called again.
+    """
+    from ..evaluation.methods import check_methods
+    from ..evaluation.printing import tables_text
+    from ..evaluation.run import run
+    from .progress import show_progress
+
+    names = [name.strip() for name in methods.split(",")]
+    try:
+        check_methods(names)
+    except ValueError as error:
+        raise typer.BadParameter(str(error), param_hint="--methods") from None
+    try:
+        with show_progress() as progress:
+            tables = run(
+                paths, names, config, out, jobs, scheduler, hand, object, topics, progress=progress
+            )
+    except KeyboardInterrupt:
+        typer.echo("vtgtsam: interrupted; the same call goes on where it stopped", err=True)
+        raise typer.Exit(INTERRUPTED) from None
+    typer.echo(tables_text(tables))
+    if tables.failed:
+        typer.echo(f"\n{len(tables.failed)} of {len(tables.sequences)} sequences failed:", err=True)
+        for sequence, problem in tables.failed.items():
+            typer.echo(f"  {sequence}: {problem}", err=True)
+    typer.echo(f"\nAll results are in {out}")
+    if tables.failed:
+        raise typer.Exit(SOME_FAILED)
