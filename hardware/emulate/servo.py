@@ -41,6 +41,7 @@ class EmulatedServo(ServoMemory):
         self._overloaded = 0.0  # [s]
         self._booting = 0.0  # [s], left
         self._registered: tuple[int, bytes] | None = None
+        self.advance(0.0)
         self.observe(self._motion)
         self.set("goal_position", self.get("present_position"))
 

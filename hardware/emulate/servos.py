@@ -9,16 +9,15 @@ servos set to another one do not hear it.
 from __future__ import annotations
 
 import contextlib
+import fcntl
 import os
 import select
-import termios
+import struct
 import threading
 import time
 import tty
 from collections import deque
 from collections.abc import Iterable
-
-from hardware.servo.table import BAUD_CODES
 
 from .faults import LineFaults
 from .line import answers
@@ -27,7 +26,8 @@ from .packets import Decoder, Packet, pack
 from .servo import EmulatedServo
 
 _TICK = 0.005  # [s], how often the servos' time goes on without traffic
-_SPEEDS = {getattr(termios, f"B{baud}"): baud for baud in BAUD_CODES}
+_TCGETS2 = 0x802C542A  # Linux: terminal settings with the speed as a number
+_TERMIOS2 = struct.Struct("4I B 19s 2I")
 
 
 class ServoLineEmulator:
@@ -136,7 +136,7 @@ class ServoLineEmulator:
             self._outgoing.append((0.0, pack(packet)))
         if self.faults.loses_instruction():
             return
-        speed = _SPEEDS.get(termios.tcgetattr(self._slave)[5])
+        speed = _speed(self._slave)
         hearing = {
             i: servo
             for i, servo in ((s.servo_id, s) for s in self.servos.values())
@@ -155,3 +155,9 @@ class ServoLineEmulator:
             if self._plugged:
                 with contextlib.suppress(BlockingIOError):  # nobody reads: lost, as on a real line
                     os.write(self._master, data)
+
+
+def _speed(terminal: int) -> int:
+    """The rate a terminal's client has set [baud]."""
+    settings = fcntl.ioctl(terminal, _TCGETS2, bytes(_TERMIOS2.size))
+    return _TERMIOS2.unpack(settings)[-1]

@@ -10,7 +10,8 @@ answers in whole transactions, one at a time, and trusts no packet that does not
 - A sync read gives a result for each servo; one that is silent or damaged hides no other.
 
 ``read``, ``write``, ``ping`` and ``reboot`` wait for the servo's answer; ``sync_write`` gets none.
-Nothing here asks, prints, or tries again without end.
+``patience`` is how long to wait beyond the time the bytes need on the line [s]; ``attempts`` is how
+often to ask in all. Nothing here prints, asks a person, or tries again without end.
 """
 
 from __future__ import annotations
@@ -41,7 +42,7 @@ from .replies import Reply, in_order, parse
 from .table import ALERT, STATUS_ERRORS
 
 _CYCLE_PATIENCE = 0.012  # [s], beyond the bytes' time; less is a false alarm under load
-_PATIENCE = 0.05  # [s], outside the cycle nothing hurries
+_PATIENCE = 0.2  # [s], outside the cycle nothing hurries
 
 
 @dataclass(frozen=True)
@@ -51,10 +52,12 @@ class Answer:
     Attributes:
         values: Counts by register name.
         alert: Whether the servo reports a hardware error.
+        arrived: Monotonic time when it came [s].
     """
 
     values: dict[str, int]
     alert: bool
+    arrived: float
 
 
 @dataclass(frozen=True)
@@ -141,27 +144,35 @@ class Bus:
         data = self._ask(servo_id, INST_PING, b"", 3, attempts, patience)
         return decode("model_number", data[:2]), data[2]
 
-    def read(self, servo_id: int, name: str, attempts: int = 3) -> int:
+    def read(self, servo_id: int, name: str, attempts: int = 3, patience: float = _PATIENCE) -> int:
         """Count in one register."""
         entry = register(name)
         question = _words(entry.address, entry.size)
-        return decode(name, self._ask(servo_id, INST_READ, question, entry.size, attempts))
+        data = self._ask(servo_id, INST_READ, question, entry.size, attempts, patience)
+        return decode(name, data)
 
-    def write(self, servo_id: int, name: str, count: int, attempts: int = 3) -> None:
+    def write(
+        self,
+        servo_id: int,
+        name: str,
+        count: int,
+        attempts: int = 3,
+        patience: float = _PATIENCE,
+    ) -> None:
         """Set one register and wait for the servo's word that it is set.
 
         Raises:
             ServoError: The servo refused.
         """
-        data = encode(name, count)
+        order = _words(register(name).address) + encode(name, count)
         try:
-            self._ask(servo_id, INST_WRITE, _words(register(name).address) + data, 0, attempts)
+            self._ask(servo_id, INST_WRITE, order, 0, attempts, patience)
         except ServoError as error:
             raise ServoError(f"{error} ({name} := {count})") from error
 
     def reboot(self, servo_id: int) -> None:
         """Restart a servo. It is silent for some 0.3 s; everything in RAM is lost, torque is off."""
-        self._ask(servo_id, INST_REBOOT, b"", 0, attempts=1)
+        self._ask(servo_id, INST_REBOOT, b"", 0, attempts=1, patience=_PATIENCE)
 
     def sync_write(self, name: str, counts: Mapping[int, int]) -> None:
         """Set one register of many servos at once. No servo answers: what is refused stays unseen."""
@@ -191,7 +202,7 @@ class Bus:
         for servo_id in ids:
             self._count(servo_id, answered=servo_id in replies, now=end)
         answers = {
-            i: Answer(block.decode(reply.data), bool(reply.error & ALERT))
+            i: Answer(block.decode(reply.data), bool(reply.error & ALERT), reply.arrived)
             for i, reply in replies.items()
         }
         return SyncRead(start, end, answers)
@@ -203,7 +214,7 @@ class Bus:
         parameters: bytes,
         size: int,
         attempts: int,
-        patience: float = _PATIENCE,
+        patience: float,
     ) -> bytes:
         """Ask one servo, up to ``attempts`` times, for an answer of ``size`` bytes."""
         for _ in range(attempts):
@@ -253,7 +264,7 @@ class Bus:
         """The next status packet, or None where none came whole."""
         raw, result = self._packets.rxPacket(self._port, False)
         if result == COMM_SUCCESS:
-            return parse(raw)
+            return parse(raw, time.monotonic())
         self.damaged += bool(raw)
         return None
 

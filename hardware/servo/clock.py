@@ -3,9 +3,14 @@
 
 When a USB hub stalls, the answers to one cycle's question may arrive in the next cycle, and look
 like its answers. From then on each position would be a cycle too old, unnoticed. But every servo
-counts milliseconds (Realtime Tick, 0..32767, then from 0 again). Between two answers this count must
-have advanced as far as our own clock, give or take what we do not know: each answer was made
-somewhere between the beginning and the end of its transaction.
+counts milliseconds (Realtime Tick, 0..32767, then from 0 again). An answer cannot arrive before it
+was made, so
+
+    t_ours - t_servo <= t_arrival - tick
+
+and the least right side so far, grown by how much the clocks may have drifted apart since, bounds
+the offset between them from above. With it, the tick of an answer tells the latest time at which it
+can have been made. Where that is before the question, the answer is an old one.
 
 The same comparison shows a servo that has restarted by itself, as after a dip of its supply; it then
 holds no torque and has lost its gains and its current cap.
@@ -16,9 +21,9 @@ from __future__ import annotations
 from enum import Enum
 
 _TURN = 32.768  # [s], after which the tick begins anew
-_SLACK = 0.003  # [s], rounding of ticks and time between measuring and stamping
-_DRIFT = 0.05  # of the time between; an uncalibrated oscillator is within 3 %
-_LONGEST_LAG = 1.0  # [s], an answer cannot lie on the way for longer
+_SLACK = 0.002  # [s], rounding of ticks
+_DRIFT = 0.03  # of the time since; with an oscillator farther off, no byte would get through
+_LONGEST_LAG = 1.0  # [s], no answer lies on the way for longer
 _FORGET = 10.0  # [s], after which the drift says nothing any more
 
 
@@ -34,34 +39,30 @@ class ServoClock:
     """One servo's clock, compared with ours from answer to answer."""
 
     def __init__(self) -> None:
-        self._last: tuple[int, float, float] | None = None
+        self._offset: float | None = None  # [s], ours minus the servo's, at most
+        self._since = 0.0  # [s], when that was so
 
     def forget(self) -> None:
         """Start anew, as after a reboot we asked for."""
-        self._last = None
+        self._offset = None
 
-    def check(self, tick: int, start: float, end: float) -> Freshness:
-        """Judge an answer; a fresh one is what the next is compared with.
+    def check(self, tick: int, asked: float, arrived: float) -> Freshness:
+        """Judge an answer, and learn from it unless it is an old one.
 
         Args:
             tick: The servo's Realtime Tick in its answer [ms].
-            start: Our time when the question went out [s].
-            end: Our time when the last answer had come [s].
+            asked: Our time when the question went out [s].
+            arrived: Our time when the answer came [s].
         """
-        freshness = self._judge(tick, start, end)
-        if freshness is Freshness.FRESH:
-            self._last = (tick, start, end)
-        return freshness
-
-    def _judge(self, tick: int, start: float, end: float) -> Freshness:
-        if self._last is None or start - self._last[2] > _FORGET:
+        offset = arrived - tick / 1000
+        if self._offset is None or arrived - self._since > _FORGET:
+            self._offset, self._since = offset, arrived
             return Freshness.FRESH
-        last_tick, last_start, last_end = self._last
-        shortest, longest = start - last_end, end - last_start
-        slack = _SLACK + _DRIFT * longest
-        middle = (shortest + longest) / 2
-        advance = (tick - last_tick) / 1000
-        lag = (middle - advance + _TURN / 2) % _TURN - _TURN / 2
-        if abs(lag) <= (longest - shortest) / 2 + slack:
-            return Freshness.FRESH
-        return Freshness.STALE if 0 < lag < _LONGEST_LAG else Freshness.RESTARTED
+        most = self._offset + _DRIFT * (arrived - self._since)
+        on_the_way = (offset - most + _TURN / 2) % _TURN - _TURN / 2  # [s], at least
+        if abs(on_the_way) > _LONGEST_LAG:
+            return Freshness.RESTARTED
+        if arrived - on_the_way < asked - _SLACK:
+            return Freshness.STALE
+        self._offset, self._since = most + min(on_the_way, 0.0), arrived
+        return Freshness.FRESH

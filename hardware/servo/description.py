@@ -146,13 +146,14 @@ def load_description(name_or_path: str | Path) -> HandDescription:
     except yaml.YAMLError as error:
         raise ConfigError(f"{path} is not YAML: {error}") from error
     except ValidationError as error:
-        first = error.errors()[0]
-        where = ".".join(str(part) for part in first["loc"]) or "the file"
-        raise ConfigError(
-            f"{path}: {where}: {first['msg']}, got {_short(first['input'])}"
-        ) from error
+        raise ConfigError(f"{path}: {_first_mistake(error)}") from error
 
 
-def _short(value: object) -> str:
-    text = repr(value)
-    return text if len(text) < 80 else text[:77] + "..."
+def _first_mistake(error: ValidationError) -> str:
+    """Where it is, what is expected, and what is there instead."""
+    first = error.errors()[0]
+    where = ".".join(str(part) for part in first["loc"])
+    if first["type"] == "value_error":  # our own sentence, which says what it got
+        return f"{where}: {first['ctx']['error']}" if where else str(first["ctx"]["error"])
+    got = repr(first["input"])
+    return f"{where}: {first['msg']}, got {got if len(got) < 60 else got[:57] + '...'}"

@@ -30,7 +30,7 @@ from .guard import MAX_MISSES, Guard, Trouble
 from .state import STATE, HandState, StateTracker
 
 _OUTSIDE = 0.1  # [rad], how far outside its limits a joint may stand when torque goes on
-_BOOT_ATTEMPTS = 40  # pings of 50 ms; a servo restarts in about 0.3 s
+_BOOT_ATTEMPTS = 10  # pings of 0.2 s; a servo restarts in about 0.3 s
 
 
 class Hand:

@@ -9,14 +9,15 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Reply:
-    """One status packet: who sent it, its error byte, and its data."""
+    """One status packet: who sent it, its error byte, its data, and when it came [s]."""
 
     servo_id: int
     error: int
     data: bytes
+    arrived: float
 
 
-def parse(raw: Sequence[int]) -> Reply | None:
+def parse(raw: Sequence[int], arrived: float) -> Reply | None:
     """Take apart a status packet as the SDK hands it over (CRC checked, stuffing removed).
 
     Byte 4 is the id, bytes 5 and 6 the length of what follows, byte 8 the error; behind the data
@@ -26,7 +27,7 @@ def parse(raw: Sequence[int]) -> Reply | None:
     length = raw[5] | raw[6] << 8
     if length < 4:
         return None
-    return Reply(raw[4], raw[8], bytes(raw[9 : 5 + length]))
+    return Reply(raw[4], raw[8], bytes(raw[9 : 5 + length]), arrived)
 
 
 def in_order(arrived: Sequence[Reply], asked: Sequence[int]) -> dict[int, Reply]:

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import logging
 from collections.abc import Mapping, Sequence
 
@@ -15,7 +16,8 @@ from .table import CAREFUL_SHUTDOWN, CURRENT_BASED_POSITION, HARDWARE_ERRORS, MO
 log = logging.getLogger(__name__)
 
 _ATTEMPTS = 3
-_PATIENCE = 0.05  # [s]
+_PATIENCE = 0.2  # [s]
+_SHORT = 0.05  # [s], where perhaps nobody is there
 
 
 def check_servos(bus: Bus, joints: Sequence[Joint]) -> None:
@@ -26,24 +28,31 @@ def check_servos(bus: Bus, joints: Sequence[Joint]) -> None:
     """
     # A servo set to answer reads only would look as if it ignored every write.
     bus.sync_write("status_return_level", {joint.id: 2 for joint in joints})
-    silent, strange = [], []
-    for joint in joints:
-        try:
-            model, _ = bus.ping(joint.id)
-        except NoAnswerError:
-            silent.append(joint.label)
-            continue
-        if model != MODEL:
-            strange.append(f"{joint.label} is model {model}, not an XL330-M288-T ({MODEL})")
-    if len(silent) == len(joints):
+    models = _models(bus, joints, attempts=1, patience=_SHORT)
+    if not models:
         raise BusError(
             f"no servo answers on {bus.path} at {bus.baud} baud: is the hand's power on, the right "
             "port given, and the baud rate in its file the servos'?"
         )
-    if silent:
-        strange.insert(0, f"no answer from {', '.join(silent)}: check their cables and ids")
-    if strange:
-        raise BusError("; ".join(strange))
+    models |= _models(bus, [j for j in joints if j.id not in models], _ATTEMPTS, _PATIENCE)
+    silent = [joint.label for joint in joints if joint.id not in models]
+    wrong = [f"no answer from {', '.join(silent)}: check their cables and ids"] if silent else []
+    wrong += [
+        f"{joint.label} is model {models[joint.id]}, not an XL330-M288-T ({MODEL})"
+        for joint in joints
+        if models.get(joint.id, MODEL) != MODEL
+    ]
+    if wrong:
+        raise BusError("; ".join(wrong))
+
+
+def _models(bus: Bus, joints: Sequence[Joint], attempts: int, patience: float) -> dict[int, int]:
+    """Model numbers of the servos that answer, by id."""
+    models = {}
+    for joint in joints:
+        with contextlib.suppress(NoAnswerError):
+            models[joint.id], _ = bus.ping(joint.id, attempts, patience)
+    return models
 
 
 def settings(description: HandDescription) -> dict[str, dict[int, int]]:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .bus import SyncRead
+from .bus import Answer, SyncRead
 from .clock import Freshness, ServoClock
 from .codec import Block, to_si
 from .description import Joint
@@ -89,7 +89,7 @@ class StateTracker:
         """Take over one cycle's answers."""
         for index, joint in enumerate(self._joints):
             answer = read.answers.get(joint.id)
-            if answer is None or not self._fresh(index, answer.values["realtime_tick"], read):
+            if answer is None or not self._fresh(index, answer, read.start):
                 self.misses[index] += 1
                 continue
             self.misses[index] = 0
@@ -106,10 +106,11 @@ class StateTracker:
         """Where a joint last was [rad]; NaN where it never answered."""
         return float(self._values[0, index])
 
-    def _fresh(self, index: int, tick: int, read: SyncRead) -> bool:
+    def _fresh(self, index: int, answer: Answer, asked: float) -> bool:
         if self._clocks is None:
             return True
-        freshness = self._clocks[index].check(tick, read.start, read.end)
+        tick = answer.values["realtime_tick"]
+        freshness = self._clocks[index].check(tick, asked, answer.arrived)
         self.restarted[index] |= freshness is Freshness.RESTARTED
         return freshness is Freshness.FRESH
 

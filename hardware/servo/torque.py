@@ -11,6 +11,7 @@ from .errors import BusError, NoAnswerError, ServoError, TorqueError
 
 _TORQUE = Block(["torque_enable"])
 _ATTEMPTS = 5
+_PATIENCE = 0.02  # [s]
 
 
 def turn_on(bus: Bus, ids: Sequence[int], watchdog: float) -> None:
@@ -57,7 +58,7 @@ def _still_on(bus: Bus, ids: list[int]) -> list[int]:
 def _let_go(bus: Bus, servo_id: int) -> bool:
     """The same for one servo alone; in a sync read an absent one silences those after it."""
     try:
-        bus.write(servo_id, "torque_enable", 0, attempts=1)
-        return bus.read(servo_id, "torque_enable", attempts=1) == 0
+        bus.write(servo_id, "torque_enable", 0, attempts=1, patience=_PATIENCE)
+        return bus.read(servo_id, "torque_enable", attempts=1, patience=_PATIENCE) == 0
     except (NoAnswerError, ServoError):
         return False

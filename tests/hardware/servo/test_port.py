@@ -1,0 +1,109 @@
+# SPDX-License-Identifier: MIT
+from __future__ import annotations
+
+import os
+import threading
+import time
+import tty
+
+import pytest
+from dynamixel_sdk import COMM_RX_CORRUPT, COMM_RX_TIMEOUT, COMM_SUCCESS, PacketHandler
+
+from hardware.emulate.packets import status
+from hardware.servo.port import PORT_ERRORS, Port, latency_timer
+
+
+@pytest.fixture
+def wire():
+    """The far end of a port."""
+    master, slave = os.openpty()
+    tty.setraw(slave)
+    yield master, os.ttyname(slave)
+    os.close(slave)
+    os.close(master)
+
+
+@pytest.fixture
+def port(wire):
+    port = Port(wire[1], 1_000_000)
+    yield port
+    port.closePort()
+
+
+def receive(port, patience):
+    port.expect(0, patience)
+    start = time.monotonic()
+    _, result = PacketHandler(2.0).rxPacket(port, False)
+    return result, time.monotonic() - start
+
+
+def test_silence_ends_at_the_deadline(port):
+    result, seconds = receive(port, 0.05)
+    assert result == COMM_RX_TIMEOUT
+    assert 0.05 <= seconds < 0.1
+
+
+def test_waiting_does_not_spin(port):
+    before = time.process_time()
+    receive(port, 0.5)
+    assert time.process_time() - before < 0.2
+
+
+def test_bytes_that_already_lie_there_are_read_after_the_deadline(wire, port):
+    os.write(wire[0], status(1, 0, b"abc"))
+    time.sleep(0.01)
+    port.expect(0, -0.02)  # it was over before we came to look
+    assert PacketHandler(2.0).rxPacket(port, False)[1] == COMM_SUCCESS
+
+
+def test_half_a_packet_ends_at_the_deadline(wire, port):
+    os.write(wire[0], status(1, 0, b"abc")[:-4])
+    result, seconds = receive(port, 0.03)
+    assert result == COMM_RX_CORRUPT
+    assert seconds < 0.1
+
+
+def test_noise_without_end_ends_the_wait(wire, port):
+    stop = threading.Event()
+
+    def babble():
+        while not stop.is_set():
+            os.write(wire[0], b"\xff\xff\xfd\x00\x01\x55noise" * 4)
+            time.sleep(0.0005)
+
+    thread = threading.Thread(target=babble)
+    thread.start()
+    try:
+        result, seconds = receive(port, 0.02)
+        with pytest.raises(OSError, match="never falls silent"):
+            port.drain()
+    finally:
+        stop.set()
+        thread.join()
+    assert result == COMM_RX_CORRUPT
+    assert seconds < 0.5
+
+
+def test_draining_ends_when_the_line_is_quiet(wire, port):
+    os.write(wire[0], b"late")
+    start = time.monotonic()
+    port.drain()
+    assert 0.01 <= time.monotonic() - start < 0.1
+    assert port.getBytesAvailable() == 0
+    start = time.monotonic()
+    port.drain()  # still quiet
+    assert time.monotonic() - start < 0.005
+
+
+def test_a_second_program_cannot_open_the_port(wire, port):
+    with pytest.raises(PORT_ERRORS):
+        Port(wire[1], 1_000_000)
+
+
+def test_a_rate_the_sdk_does_not_know_is_refused(wire):
+    with pytest.raises(ValueError, match="cannot set 123 baud"):
+        Port(wire[1], 123)
+
+
+def test_a_port_without_a_latency_timer_has_none(wire):
+    assert latency_timer(wire[1]) is None
