@@ -46,6 +46,8 @@ class DepthCamera:
         self.intrinsics = intrinsics
         self._groups = np.isin(np.arange(6), groups).astype(np.uint8)
         self._rays_c = intrinsics.rays().reshape(-1, 3)
+        # Distances count along the ray, and the longest is the one to a corner of the image.
+        self._cutoff = MAX_RANGE * float(np.linalg.norm(self._rays_c, axis=1).max())
         self._geom = np.empty(len(self._rays_c), dtype=np.int32)
         self._depth = np.empty(len(self._rays_c))
 
@@ -72,7 +74,7 @@ class DepthCamera:
             self._depth,
             None,
             len(rays_w),
-            MAX_RANGE * float(np.linalg.norm(self._rays_c, axis=1).max()),
+            self._cutoff,
         )
         shape = (self.intrinsics.height, self.intrinsics.width)
         seen = (self._geom >= 0) & (self._depth <= MAX_RANGE)

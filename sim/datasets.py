@@ -14,11 +14,12 @@ import io
 import json
 import logging
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from contextlib import ExitStack
 from dataclasses import asdict, dataclass, field
 from functools import partial
 from pathlib import Path
+from typing import Protocol
 
 from vtgtsam.evaluation.atomic import remove_leftovers, replacing, write_text
 from vtgtsam.evaluation.engine import run_tasks
@@ -53,8 +54,24 @@ class Outcome:
     problem: str = ""
     reused: bool = False
 
+    def __str__(self) -> str:
+        if self.problem:
+            return f"{self.name}: failed: {self.problem}"
+        rejected = self.rejections.total()
+        word = "done before" if self.reused else "done"
+        return f"{self.name}: {word}" + (f", {rejected} samples rejected" if rejected else "")
 
-Progress = Callable[[Outcome, int], None]
+
+class Progress(Protocol):
+    """Is told how far the work has come."""
+
+    def __call__(self, stage: str, done: int, total: int, text: str) -> None:
+        """What is being made, how many of it are done, and what became of the last one."""
+        ...
+
+
+def _silent(stage: str, done: int, total: int, text: str) -> None:
+    pass
 
 
 def generate(
@@ -64,7 +81,7 @@ def generate(
     noise_scales: Sequence[float],
     out: Path,
     jobs: int = 1,
-    progress: Progress | None = None,
+    progress: Progress = _silent,
 ) -> list[Outcome]:
     """Make the sequences that are not there yet.
 
@@ -75,7 +92,7 @@ def generate(
         noise_scales: Factors on the camera's noise; the same grasps are recorded with each.
         out: Folder to write to, see above.
         jobs: Processes to use; the result does not depend on it.
-        progress: Called after each sequence with its outcome and the number of sequences.
+        progress: Called after each object that was prepared and each sequence that was made.
 
     Returns:
         The outcomes in the order of objects and grasps.
@@ -88,18 +105,32 @@ def generate(
     _claim(folder, settings, noise_scales)
     names = [SequenceName(name, grasp) for name in objects for grasp in range(grasps)]
     outcomes = {name: done for name in names if (done := _done(folder, name, noise_scales))}
-    for outcome in outcomes.values():
-        _tell(progress, outcome, len(names))
+    for count, outcome in enumerate(outcomes.values(), 1):
+        progress("sequences", count, len(names), str(outcome))
     missing = [name for name in names if name not in outcomes]
-    # An object's convex parts take up to a minute: they are made once, not by each worker.
-    first = list(dict.fromkeys(name.object for name in missing))
-    unusable = dict(run_tasks(partial(_try_to_prepare, settings), first, jobs))
+    unusable = _prepare_all(settings, missing, jobs, progress)
     make = partial(_make, settings, noise_scales, folder, unusable)
     for outcome in run_tasks(make, missing, jobs):
         outcomes[outcome.name] = outcome
-        _tell(progress, outcome, len(names))
+        progress("sequences", len(outcomes), len(names), str(outcome))
     _write_rejected(folder)
     return [outcomes[name] for name in names]
+
+
+def _prepare_all(
+    settings: Settings, missing: Sequence[SequenceName], jobs: int, progress: Progress
+) -> dict[str, str]:
+    """Compute what the sequences of an object share, once and not by each process.
+
+    Returns:
+        For each object why it cannot be simulated; empty where it can.
+    """
+    objects = list(dict.fromkeys(name.object for name in missing))
+    problems: dict[str, str] = {}
+    for name, problem in run_tasks(partial(_prepare, settings), objects, jobs):
+        problems[name] = problem
+        progress("objects", len(problems), len(objects), f"{name}: {problem or 'ready'}")
+    return problems
 
 
 def recording_path(
@@ -152,7 +183,7 @@ def _done(folder: Path, name: SequenceName, noise_scales: Sequence[float]) -> Ou
     return Outcome(name, Counter(found["rejections"]), found["problem"], reused=True)
 
 
-def _try_to_prepare(settings: Settings, object_name: str) -> tuple[str, str]:
+def _prepare(settings: Settings, object_name: str) -> tuple[str, str]:
     """An object's name and what keeps it from being simulated, if anything."""
     try:
         prepare(settings, object_name)
@@ -184,11 +215,6 @@ def _make(
     kept = {"rejections": outcome.rejections, "problem": outcome.problem}
     write_text(folder / LOG / f"{name}.json", json.dumps(kept, sort_keys=True) + "\n")
     return outcome
-
-
-def _tell(progress: Progress | None, outcome: Outcome, total: int) -> None:
-    if progress is not None:
-        progress(outcome, total)
 
 
 def _write_rejected(folder: Path) -> None:

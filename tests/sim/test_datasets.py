@@ -7,7 +7,7 @@ from collections import Counter
 import gtsam
 import numpy as np
 import pytest
-from short_course import shorten
+from short_course import FRAMES, SAMPLES, shorten
 
 import sim.record
 from sim import sequence
@@ -74,10 +74,10 @@ def test_a_sequence_has_all_streams_at_their_rates_and_says_how_it_was_made(tmp_
         "calibration_error": "no",
     }
     assert expected.items() <= recording.info.items()
-    np.testing.assert_allclose(recording.ground_truth.times, np.arange(61) / 100, atol=1e-9)
+    np.testing.assert_allclose(recording.ground_truth.times, np.arange(SAMPLES) / 100, atol=1e-9)
     frames = recording.measurements()
-    assert set(recording.visual_poses.times.round(9)) <= set((np.arange(19) * 0.033).round(9))
-    assert len(frames) == len(recording.visual_poses) > 10
+    assert set(recording.visual_poses.times.round(9)) <= set((np.arange(FRAMES) * 0.033).round(9))
+    assert len(frames) == len(recording.visual_poses) > FRAMES / 2
     assert recording.warnings == []
     assert recording.object.name == "gelatin_box"
     # At rest on the palm a perfect start must stay a good pose.
@@ -114,9 +114,9 @@ def test_the_tracker_is_told_the_truth_once_and_a_frame_it_lost_has_no_pose(tmp_
     recording = read_recording(tmp_path / "a.1.mcap")
     (start,) = spy.starts
     assert start.equals(recording.truth_at([0.0])[0], 1e-9)
-    assert len(spy.updates) == 19
-    lost = [4, 9, 14]
-    kept = [k for k in range(19) if k not in lost]
+    assert len(spy.updates) == FRAMES
+    lost = [4, 9]
+    kept = [k for k in range(FRAMES) if k not in lost]
     np.testing.assert_allclose(recording.visual_poses.times, 0.033 * np.array(kept), atol=1e-9)
 
 
@@ -124,7 +124,7 @@ def test_stored_images_are_those_the_tracker_saw(tmp_path, spy):
     make(tmp_path / "a", images=True)
     camera = camera_intrinsics(tmp_path / "a.1.mcap")
     stored = list(depth_images(tmp_path / "a.1.mcap"))
-    assert len(stored) == len(spy.updates) == 19
+    assert len(stored) == len(spy.updates) == FRAMES
     for (_, image), (seen, *_) in zip(stored, spy.updates, strict=True):
         assert image.shape == (camera.height, camera.width)
         np.testing.assert_allclose(image, seen, atol=0.00051)  # whole millimetres
@@ -156,10 +156,10 @@ def test_calibration_errors_are_believed_by_everyone_but_the_truth(tmp_path, spy
 
 
 def run(tmp_path, objects=("gelatin_box",), grasps=2, scales=(1.0,), told=None, **settings):
-    progress = None if told is None else lambda outcome, total: told.append((outcome, total))
-    return generate(
-        Settings(**{"dataset": "vary", **settings}), objects, grasps, scales, tmp_path, 1, progress
-    )
+    settings = Settings(**{"dataset": "vary", **settings})
+    told = [] if told is None else told
+    progress = lambda *event: told.append(event)  # noqa: E731
+    return generate(settings, objects, grasps, scales, tmp_path, 1, progress)
 
 
 def test_a_dataset_lies_where_it_should(tmp_path, spy):
@@ -171,10 +171,12 @@ def test_a_dataset_lies_where_it_should(tmp_path, spy):
         "gelatin_box_1.mcap",
     ]
     assert [str(outcome.name) for outcome in outcomes] == ["gelatin_box_0", "gelatin_box_1"]
-    assert [(str(outcome.name), total) for outcome, total in told] == [
-        ("gelatin_box_0", 2),
-        ("gelatin_box_1", 2),
+    assert told == [
+        ("objects", 1, 1, "gelatin_box: ready"),
+        ("sequences", 1, 2, str(outcomes[0])),
+        ("sequences", 2, 2, str(outcomes[1])),
     ]
+    assert str(outcomes[0]).startswith("gelatin_box_0: done")
     assert json.loads((folder / "dataset.json").read_text())["seed"] == 0
     assert not list(folder.rglob("*.tmp"))
 
