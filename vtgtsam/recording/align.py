@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import gtsam
 import numpy as np
 
+from ..exceptions import RecordingError
 from ..measurement import Measurement
 from .named import NamedStream
 from .poses import PoseStream
@@ -17,6 +18,9 @@ if TYPE_CHECKING:
     from ..hand import HandModel
 
 VISION_HOLD_NS = 10**9  # a visual tracker silent for longer than this reports nothing
+OTHER_TIME_NS = (
+    60 * 10**9
+)  # joints and contacts older than this in every frame are of another clock
 STALE_NS = 10**9  # joints and contacts held for longer than this are worth a warning
 
 
@@ -66,6 +70,9 @@ def measurements_at(
         streams: With joints and contacts.
         hand: Names the joints and pads.
         warnings: Gets a sentence for what is skipped or long out of date.
+
+    Raises:
+        RecordingError: There is no frame, or none has joints and contacts of its own time.
     """
     assert streams.joints is not None and streams.contacts is not None
     joints, joints_age = streams.joints.held(instants_ns, hand.joint_names)
@@ -80,12 +87,15 @@ def measurements_at(
             f"{np.count_nonzero(~ready)} of {len(ready)} frames are skipped, which lie before the "
             "first sample of a joint, a pad or the hand's pose"
         )
-    for what, age in (("joint angles", joints_age), ("contacts", contacts_age)):
-        stale = ready & (age > STALE_NS)
-        if stale.any():
+    ages = {"joint angles": joints_age[ready], "contacts": contacts_age[ready]}
+    if _never_together(ages):
+        raise RecordingError(_ranges(instants_ns, streams))
+    for what, age in ages.items():
+        stale = age[age > STALE_NS]
+        if len(stale):
             warnings.append(
-                f"{np.count_nonzero(stale)} of {len(ready)} frames use {what} that are more than "
-                f"{STALE_NS / 1e9:g} s old, up to {age[stale].max() / 1e9:.1f} s"
+                f"{len(stale)} of {len(ready)} frames use {what} that are more than "
+                f"{STALE_NS / 1e9:g} s old, up to {stale.max() / 1e9:.1f} s"
             )
     return [
         Measurement(
@@ -98,6 +108,24 @@ def measurements_at(
         )
         for i in np.flatnonzero(ready)
     ]
+
+
+def _never_together(ages: dict[str, np.ndarray]) -> bool:
+    """Whether no frame is left, or each has joints or contacts of another time altogether."""
+    return any(len(age) == 0 or age.min() > OTHER_TIME_NS for age in ages.values())
+
+
+def _ranges(instants_ns: np.ndarray, streams: Streams) -> str:
+    times = {"frames": instants_ns}
+    for what in ("joints", "contacts", "hand_pose"):
+        stream = getattr(streams, what)
+        if stream is not None:
+            times[what] = stream.times_ns
+    ranges = (f"{what} {t[0] / 1e9:.2f} to {t[-1] / 1e9:.2f} s" for what, t in times.items())
+    return (
+        f"no frame has joints, contacts and hand at its time ({', '.join(ranges)}); "
+        "are the stamps of one clock?"
+    )
 
 
 def _held_poses(stream: PoseStream | None, instants_ns: np.ndarray) -> list[gtsam.Pose3]:

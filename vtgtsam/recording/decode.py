@@ -10,6 +10,8 @@ from ..exceptions import RecordingError
 from .messages import stamp_ns
 from .source import BagMessage
 
+CALENDAR_NS = 10**18  # [ns], stamps from 2001 on count from 1970, and none of them can be 0
+
 Entry = TypeVar("Entry", bound=tuple[Any, ...])
 
 
@@ -40,7 +42,9 @@ def decode(
     if len(stamped) > 1 and not any(stamp for stamp, _ in stamped):
         warnings.append(f"topic {topic} has no stamps in its headers; its receive times are used")
         return received
-    return stamped
+    kept = [entry for entry in stamped if entry[0] or stamped[-1][0] < CALENDAR_NS]
+    note(warnings, topic, len(stamped) - len(kept), len(stamped), "have no stamp")
+    return kept
 
 
 def in_order(entries: Sequence[Entry], topic: str, warnings: list[str]) -> list[Entry]:

@@ -28,6 +28,8 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 
+MAX_FRAMES = 10**7  # a day at 100 Hz
+
 _log = logging.getLogger(__name__)
 
 
@@ -94,7 +96,10 @@ class Recording:
         self._check_names(contacts, self.hand.pad_names, self.topics.contacts.topic, "pads")
         instants_ns = self._instants(rate, joints, contacts)
         found: list[str] = []
-        measurements = measurements_at(instants_ns, self._streams, self.hand, found)
+        try:
+            measurements = measurements_at(instants_ns, self._streams, self.hand, found)
+        except RecordingError as error:
+            raise RecordingError(f"{self.path}: {error}") from None
         self.warn(found)
         return measurements
 
@@ -113,7 +118,12 @@ class Recording:
             raise ValueError(f'rate must be "vision", "recorded" or a number above 0, got {rate!r}')
         start = max(joints.start_ns(self.hand.joint_names), contacts.start_ns(self.hand.pad_names))
         end = max(int(joints.times_ns[-1]), int(contacts.times_ns[-1]))
-        count = int((end - start) * rate / 1e9) + 1
+        count = max(int((end - start) * rate / 1e9) + 1, 0)
+        if count > MAX_FRAMES:
+            raise RecordingError(
+                f"{self.path}: from {start / 1e9:.2f} s to {end / 1e9:.2f} s there would be {count} "
+                f"frames, more than {MAX_FRAMES}; is a stamp wrong?"
+            )
         steps_ns: np.ndarray = np.rint(np.arange(count) * (1e9 / rate)).astype(np.int64)
         return start + steps_ns
 

@@ -208,6 +208,36 @@ def test_joint_angles_that_are_not_finite_are_left_out(tmp_path):
     assert all(np.isfinite(f.joints).all() for f in recording.measurements(20))
 
 
+def test_streams_of_different_clocks_are_refused(tmp_path):
+    for name, joints_start, vision_start in (("later", 1.7e9, 0.0), ("earlier", 0.0, 1.7e9)):
+        with RecordingWriter(tmp_path / name) as writer:
+            for k in range(10):
+                writer.joint_states(joints_start + 0.1 * k, JOINTS, [0, 0])
+                writer.tactile(joints_start + 0.1 * k, PADS, [0, 0], [0, 0])
+                writer.object_pose(vision_start + 0.1 * k, pose(0))
+        recording = read_recording(tmp_path / name, hand=gripper())
+        with pytest.raises(
+            RecordingError, match="no frame has joints, .* are the stamps of one clock"
+        ):
+            recording.measurements()
+
+
+def test_a_message_that_nobody_stamped_is_left_out_and_a_wild_stamp_refused(tmp_path):
+    def write(path, wild):
+        with RecordingWriter(path) as writer:
+            for t in (wild, 1.7e9, 1.7e9 + 0.1, 1.7e9 + 0.2):
+                writer.joint_states(t, JOINTS, [t, 0])
+                writer.tactile(t, PADS, [0, 0], [0, 0])
+
+    write(tmp_path / "zero", 0.0)
+    recording = read_recording(tmp_path / "zero", hand=gripper())
+    assert len(recording.measurements(10)) == 3
+    assert "1 of 4 messages are left out, they have no stamp" in recording.warnings[0]
+    write(tmp_path / "wild", 1.0)
+    with pytest.raises(RecordingError, match="is a stamp wrong"):
+        read_recording(tmp_path / "wild", hand=gripper()).measurements(10)
+
+
 def test_as_many_positions_as_names_are_needed(tmp_path):
     bad = (0.5, {"name": ["j_left"], "position": []})
     write_raw(tmp_path / "a.mcap", names.JOINTS, messages.JOINT_STATE, [bad])
