@@ -73,7 +73,11 @@ class Recording:
     @cached_property
     def object(self) -> ObjectModel:
         """The object: as given, else as attached, else as named in the metadata."""
-        return self._make_object()
+        obj = self._make_object()
+        recorded = self.info.get("object_sha256")
+        if recorded and obj.sha256 and obj.sha256 != recorded:
+            self.warn([f"the recording was made with another mesh of {self.info.get('object')!r}"])
+        return obj
 
     def measurements(
         self, rate: float | Literal["vision", "recorded"] = "vision"

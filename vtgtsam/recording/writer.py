@@ -38,7 +38,7 @@ class RecordingWriter:
     usable file that lacks its last second at most. The same calls give the same bytes.
 
     Every method takes the instant ``time`` [s] that its values belong to, which becomes the header's
-    stamp. Instants may come in any order.
+    stamp. Instants may come in any order, the calls from one thread at a time.
     """
 
     def __init__(

@@ -341,6 +341,15 @@ def test_an_attached_mesh_is_in_its_own_unit_and_frame(tmp_path):
     assert found.sha256 == load_object("ball").sha256
 
 
+def test_another_mesh_than_that_of_the_recording_is_noticed(tmp_path):
+    ball = load_object("ball")
+    path = write_sequence(tmp_path / "a.mcap", metadata=object_metadata(ball), mesh=mesh_file(ball))
+    same, other = read_recording(path), read_recording(path, object="golf_ball")
+    assert (same.object.name, other.object.name) == ("ball", "golf_ball")
+    assert same.warnings == []
+    assert other.warnings == ["the recording was made with another mesh of 'ball'"]
+
+
 def test_arguments_go_before_attachments_and_attachments_before_names(tmp_path):
     path = write_sequence(tmp_path / "a.mcap", metadata={"hand": "isyhand", "object": "ball"})
     assert len(read_recording(path).hand.pad_names) == 16
