@@ -65,8 +65,13 @@ def table(rows: list[dict[str, Any]]) -> str:
         ]
         return f"| {' | '.join(padded)} |"
 
-    rule = ["-" * (width - 1) + (":" if right else "-") for width, right in zip(widths, numeric, strict=True)]
-    return "\n".join([line(columns), f"|{'|'.join(f' {text} ' for text in rule)}|", *map(line, cells)])
+    rule = [
+        "-" * (width - 1) + (":" if right else "-")
+        for width, right in zip(widths, numeric, strict=True)
+    ]
+    return "\n".join(
+        [line(columns), f"|{'|'.join(f' {text} ' for text in rule)}|", *map(line, cells)]
+    )
 
 
 def _cell(value: Any) -> str:

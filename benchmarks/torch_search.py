@@ -100,7 +100,7 @@ class PadSearch:
         phi, gradient = self.value_and_gradient(g)
         p = ((g + 1) / self.to_unit + self.lower).flip(1)
         J = torch.cat([-gradient, torch.linalg.cross(gradient, p, dim=1)], dim=1)
-        return phi, J.mT
+        return phi, J.mT.contiguous()  # RobustCostFunction takes views of it
 
     def beyond(self, g: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
         """Distances (B, P) beyond the grid, and the way (B, 3, P) from the grid, rows z, y, x."""
