@@ -201,7 +201,7 @@ def load_scale(path: str | Path, wiring: PadWiring) -> PadScale:
 
 def _entry(entry: object, where: str) -> tuple[float, float]:
     try:
-        baseline, drop = float(entry["baseline_ohm"]), float(entry["drop_ohm"])  # type: ignore[index]
+        baseline, drop = float(entry["baseline_ohm"]), float(entry["drop_ohm"])
     except (TypeError, KeyError, ValueError) as error:
         raise ConfigError(f"{where}: needs the numbers baseline_ohm and drop_ohm") from error
     if not (0 < drop < baseline < np.inf):
