@@ -160,4 +160,5 @@ class ServoLineEmulator:
 def _speed(terminal: int) -> int:
     """The rate a terminal's client has set [baud]."""
     settings = fcntl.ioctl(terminal, _TCGETS2, bytes(_TERMIOS2.size))
-    return _TERMIOS2.unpack(settings)[-1]
+    speed: int = _TERMIOS2.unpack(settings)[-1]
+    return speed

@@ -16,12 +16,11 @@ often to ask in all. Nothing here prints, asks a person, or tries again without 
 
 from __future__ import annotations
 
-import errno
 import threading
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 from dynamixel_sdk import PacketHandler
 from dynamixel_sdk.robotis_def import (
@@ -37,7 +36,8 @@ from dynamixel_sdk.robotis_def import (
 
 from .codec import Block, decode, encode, register
 from .errors import BusError, NoAnswerError, ServoError
-from .port import PORT_ERRORS, Port
+from .link import LinkStatistics
+from .port import PORT_ERRORS, Port, why_not_open
 from .replies import Reply, in_order, parse
 from .table import ALERT, STATUS_ERRORS
 
@@ -80,20 +80,6 @@ class SyncRead:
         return (self.start + self.end) / 2
 
 
-@dataclass
-class LinkStatistics:
-    """What became of the questions to one servo."""
-
-    asked: int = 0
-    answered: int = 0
-    last_answer: float = field(default=float("-inf"))  # monotonic [s]
-
-    @property
-    def lost(self) -> int:
-        """Questions without a good answer."""
-        return self.asked - self.answered
-
-
 class Bus:
     """The servo line on a serial port; a context manager that closes it.
 
@@ -109,9 +95,7 @@ class Bus:
     def __init__(self, path: str, baud: int, names: Mapping[int, str] | None = None) -> None:
         self.path = path
         self.baud = baud
-        self.statistics: dict[int, LinkStatistics] = {}
-        self.damaged = 0  # packets that failed their CRC or ended early
-        self.foreign = 0  # whole packets that answered no question asked
+        self.statistics = LinkStatistics()
         self._names = dict(names or {})
         self._lock = threading.Lock()
         self._packets = PacketHandler(2.0)
@@ -119,7 +103,7 @@ class Bus:
         try:
             self._port = Port(path, baud)
         except PORT_ERRORS as error:
-            raise BusError(_cannot_open(path, error)) from error
+            raise BusError(why_not_open(path, error)) from error
 
     def __enter__(self) -> Bus:
         return self
@@ -200,7 +184,7 @@ class Bus:
             replies = in_order(arrived, ids)
             self._dirty = len(replies) < len(ids)
         for servo_id in ids:
-            self._count(servo_id, answered=servo_id in replies, now=end)
+            self.statistics.count(servo_id, answered=servo_id in replies, now=end)
         answers = {
             i: Answer(block.decode(reply.data), bool(reply.error & ALERT), reply.arrived)
             for i, reply in replies.items()
@@ -224,7 +208,7 @@ class Bus:
                 reply = self._await(servo_id, size)
                 self._dirty = reply is None
                 now = time.monotonic()
-            self._count(servo_id, answered=reply is not None, now=now)
+            self.statistics.count(servo_id, answered=reply is not None, now=now)
             if reply is not None:
                 if number := reply.error & ~ALERT:
                     what = STATUS_ERRORS.get(number, f"reports error {number}")
@@ -265,7 +249,7 @@ class Bus:
         raw, result = self._packets.rxPacket(self._port, False)
         if result == COMM_SUCCESS:
             return parse(raw, time.monotonic())
-        self.damaged += bool(raw)
+        self.statistics.damaged += bool(raw)
         return None
 
     def _await(self, servo_id: int, size: int) -> Reply | None:
@@ -277,7 +261,7 @@ class Bus:
             refused = bool(reply.error & ~ALERT) and not reply.data
             if reply.servo_id == servo_id and (refused or len(reply.data) == size):
                 return reply
-            self.foreign += 1
+            self.statistics.foreign += 1
 
     def _collect(self, wanted: set[int], size: int) -> list[Reply]:
         """Status packets of ``size`` bytes until every wanted servo sent one or time is up."""
@@ -291,29 +275,10 @@ class Bus:
                 arrived.append(reply)
                 missing.discard(reply.servo_id)
             else:
-                self.foreign += 1
+                self.statistics.foreign += 1
         return arrived
-
-    def _count(self, servo_id: int, answered: bool, now: float) -> None:
-        statistics = self.statistics.setdefault(servo_id, LinkStatistics())
-        statistics.asked += 1
-        if answered:
-            statistics.answered += 1
-            statistics.last_answer = now
 
 
 def _words(*values: int) -> bytes:
     """Two bytes each, little-endian, as addresses and lengths go over the line."""
     return b"".join(value.to_bytes(2, "little") for value in values)
-
-
-def _cannot_open(path: str, error: BaseException) -> str:
-    """Why the port did not open, and what to do."""
-    number = getattr(error, "errno", None)
-    if number == errno.ENOENT:
-        return f"there is no port {path}: is the adapter plugged in? see /dev/serial/by-id"
-    if number in (errno.EACCES, errno.EPERM):
-        return f"no permission to open {path}: add yourself to the group that owns it (dialout)"
-    if number in (errno.EAGAIN, errno.EBUSY):
-        return f"another program has {path} open: end it first"
-    return f"cannot open the servo port {path}: {error}"

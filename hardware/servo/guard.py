@@ -112,7 +112,7 @@ def _describe_silence(bus: Bus, silent: Sequence[Joint]) -> str:
 
 def _answers(bus: Bus, servo_id: int) -> bool:
     try:
-        bus.ping(servo_id, attempts=2)
+        bus.ping(servo_id, attempts=2, patience=0.05)
     except BusError:
         return False
     return True

@@ -14,6 +14,8 @@ What differs from the SDK's own ``PortHandler`` (dynamixel-sdk 4.1), and why:
 from __future__ import annotations
 
 import contextlib
+import errno
+import logging
 import termios
 import time
 from pathlib import Path
@@ -22,12 +24,15 @@ from typing import Any
 import serial
 from dynamixel_sdk import PortHandler
 
+log = logging.getLogger(__name__)
+
 # What an unplugged adapter raises; termios.error is no OSError.
 PORT_ERRORS = (OSError, termios.error)
 
 QUIET = 0.010  # [s], a line this long without a byte has nothing more to say
 _POLL = 0.002  # [s], longest time a read blocks before the deadline is looked at
 _WRITE_TIMEOUT = 0.1  # [s]
+_SLOW = 0.002  # [s], an adapter that keeps bytes back for longer costs cycles
 _BABBLE = 0.1  # [s], how long bytes that never end may go on after the deadline
 
 
@@ -42,6 +47,7 @@ class Port(PortHandler):
     def __init__(self, path: str, baud: int) -> None:
         super().__init__(path)
         self.ser: Any = None
+        self._held_back = 0.0  # [s], by the adapter
         self._deadline = 0.0
         self._last_byte = time.monotonic()
         if self.getCFlagBaud(baud) <= 0:
@@ -59,6 +65,10 @@ class Port(PortHandler):
         # An FTDI adapter otherwise keeps bytes back for 16 ms. Not every adapter knows this.
         with contextlib.suppress(ValueError, *PORT_ERRORS):
             self.ser.set_low_latency_mode(True)
+        self._held_back = latency_timer(self.port_name) or 0.0
+        if self._held_back > _SLOW:
+            late = f"{1000 * self._held_back:.0f} ms"
+            log.warning("%s keeps bytes back for %s: see hardware/README.md", self.port_name, late)
         self.is_open = True
         self.is_using = False
         self.tx_time_per_byte = 10_000.0 / cflag_baud  # [ms], 10 bits a byte
@@ -83,7 +93,8 @@ class Port(PortHandler):
 
     def expect(self, length: int, patience: float) -> None:
         """Set the deadline for ``length`` bytes: their time on the line and ``patience`` [s]."""
-        self._deadline = time.monotonic() + length * self.tx_time_per_byte / 1000 + patience
+        on_the_line = length * self.tx_time_per_byte / 1000
+        self._deadline = time.monotonic() + on_the_line + self._held_back + patience
 
     def setPacketTimeout(self, packet_length: int) -> None:
         """The SDK's own way to set the deadline; with its 34 ms."""
@@ -126,3 +137,15 @@ def latency_timer(path: str) -> float | None:
         return int(text) / 1000
     except (OSError, ValueError):
         return None
+
+
+def why_not_open(path: str, error: BaseException) -> str:
+    """Why a port did not open, and what to do."""
+    number = getattr(error, "errno", None)
+    if number == errno.ENOENT:
+        return f"there is no port {path}: is the adapter plugged in? see /dev/serial/by-id"
+    if number in (errno.EACCES, errno.EPERM):
+        return f"no permission to open {path}: add yourself to the group that owns it (dialout)"
+    if number in (errno.EAGAIN, errno.EBUSY):
+        return f"another program has {path} open: end it first"
+    return f"cannot open the servo port {path}: {error}"

@@ -131,7 +131,8 @@ def read_all(bus: Bus, ids: Sequence[int], name: str) -> dict[int, int]:
     Raises:
         NoAnswerError: Some did not answer in three attempts; they are named.
     """
-    block, counts = Block([name]), {}
+    block = Block([name])
+    counts: dict[int, int] = {}
     for _ in range(_ATTEMPTS):
         missing = [i for i in ids if i not in counts]
         if not missing:

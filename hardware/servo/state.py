@@ -100,7 +100,7 @@ class StateTracker:
 
     def age(self, index: int, now: float) -> float:
         """How long ago a joint last answered [s]."""
-        return now - self._answered[index]
+        return now - float(self._answered[index])
 
     def position(self, index: int) -> float:
         """Where a joint last was [rad]; NaN where it never answered."""

