@@ -10,8 +10,9 @@ import pytest
 from pad_hand import PADS, EmulatedPads
 
 from hardware.emulate.pads import PadBoardEmulator
-from hardware.tactile.board import FrameTimer, LinkStatistics, PadBoard, PadBoardError
+from hardware.tactile.board import LinkStatistics, PadBoard, PadBoardError
 from hardware.tactile.frame import Frame, encode
+from hardware.tactile.readings import FrameTimer
 
 RATE = 500.0  # [Hz], ten times the real board's, so that few seconds hold many frames
 
