@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""How well an object's pose agrees with a depth image, and the step that makes it agree better.
+"""How well an object's pose agrees with a depth image, and the steps that make it agree better.
 
 The pose is judged by predicting the object's depth image at it. Each measured pixel then says one thing: it is
 the object's surface, or it shows that the camera sees through the modelled object (evidence against the pose),
@@ -24,10 +24,14 @@ SINGLE = 3.5  # [sigma], a pixel that differs more from the prediction is not th
 MEAN = 0.5  # [sigma], the same for the mean over a window
 WINDOW = 2  # [pixels], how far such a window reaches to each side
 CUTOFF = 3.0  # [sigma], Tukey's
-SLACK = 0.0015  # [m], what grid and mesh may be off; added to all of these
-AGAINST = 3.0  # how many pixels of surface one pixel against the pose outweighs
-PRIOR = np.diag([1 / 0.05**2] * 3 + [1 / 0.01**2] * 3)  # information [1/rad^2, 1/m^2] of the start
+ROOM = (
+    0.0015  # [m], what object or model may be off before the first step; added to the three above
+)
+SLACK = 0.0005  # [m], what grid and mesh are off even at the right pose
 CONVERGED = (5e-4, 2e-5)  # [rad, m], a step below which another one changes nothing
+STEP_SIGMA = np.array(
+    [0.05] * 3 + [0.01] * 3
+)  # [rad, m], how far the object may go from one frame to the next
 
 
 class Shape:
@@ -38,6 +42,8 @@ class Shape:
         box: Two corners around it [m], shape (2, 3), object frame.
         center_o: Centre of that box [m], shape (3,).
         radius: Radius of a sphere about the centre that holds it [m].
+        prior: Information of a pose known to ``STEP_SIGMA`` at that centre, shape (6, 6), for a right
+            perturbation [rotation, translation] of the object frame.
     """
 
     def __init__(self, sdf: GridSdf) -> None:
@@ -48,6 +54,14 @@ class Shape:
         self.box = np.array([inside.min(axis=0) - sdf.spacing, inside.max(axis=0) + sdf.spacing])
         self.center_o: np.ndarray = self.box.mean(axis=0)
         self.radius = float(np.linalg.norm(inside - self.center_o, axis=1).max())
+        to_center = self.to_center()
+        self.prior: np.ndarray = to_center.T @ np.diag(1.0 / STEP_SIGMA**2) @ to_center
+
+    def to_center(self) -> np.ndarray:
+        """Matrix (6, 6) from a perturbation of the object frame to that of a frame at its centre."""
+        matrix = np.eye(6)
+        matrix[3:, :3] = -gtsam.Rot3.Hat(self.center_o)
+        return matrix
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,6 +82,8 @@ class View:
 
     def strided(self, step: int) -> View:
         """Every ``step``-th row and column of it."""
+        if step == 1:
+            return self
         return View(
             np.ascontiguousarray(self.depth[::step, ::step]),
             np.ascontiguousarray(self.hand[::step, ::step]),
@@ -85,9 +101,12 @@ class Evidence:
         T_co: The pose to judge, object in camera.
 
     Attributes:
+        kind: What each pixel says, as the kernels number it, shape (height, width).
         outline: Number of pixels where the pose puts the object.
         surface: Number of those which show its surface there.
         through: Number of those which show something behind it.
+        misfit: How much larger the surface's smooth deviations (squared) are than noise and model let
+            expect; about 1 at the right pose, larger on a surface that is not the object's.
     """
 
     def __init__(self, shape: Shape, view: View, T_co: gtsam.Pose3) -> None:
@@ -99,18 +118,15 @@ class Evidence:
             np.asarray(T_oc.translation()),
         )
         self._predicted = np.empty(view.depth.shape)
-        self.kind = np.empty(view.depth.shape, dtype=np.uint8)
         kernels.render(*shape.grid, shape.box, *self._pose, self._predicted)
-        kernels.classify(
-            self._predicted,
-            view.depth,
-            view.hand,
-            SINGLE * view.sigma + SLACK,
-            MEAN * view.sigma + SLACK,
-            WINDOW,
-            self.kind,
+        self.kind = np.empty(view.depth.shape, dtype=np.uint8)
+        limits = np.array([SINGLE * view.sigma + ROOM, MEAN * view.sigma + ROOM, SLACK])
+        self.misfit = float(
+            kernels.classify(
+                self._predicted, view.depth, view.hand, view.sigma, limits, WINDOW, self.kind
+            )
         )
-        counts = np.bincount(self.kind.ravel(), minlength=5)
+        counts = np.bincount(self.kind.ravel(), minlength=4)
         self.outline = int(np.count_nonzero(self._predicted < np.inf))
         self.surface = int(counts[kernels.SURFACE])
         self.through = int(counts[kernels.THROUGH])
@@ -125,50 +141,39 @@ class Evidence:
         """Share of pixels against the pose among those for or against it; 1 where there are none."""
         return self.through / (self.surface + self.through) if self.surface else 1.0
 
-    @property
-    def score(self) -> float:
-        """Pixels for the pose less those against it, which weigh more, as a share of the outline."""
-        return (self.surface - AGAINST * self.through) / max(self.outline, 1)
-
-    def normal_equations(self, beside: float) -> tuple[np.ndarray, np.ndarray]:
+    def normal_equations(self) -> tuple[np.ndarray, np.ndarray]:
         """Information (6, 6) and gradient (6,) of half the weighted sum of squares.
 
         Both are for a right perturbation [rotation, translation] of the pose.
-
-        Args:
-            beside: Weight of measured points beside the object's outline, in [0, 1].
         """
         information, gradient = np.zeros((6, 6)), np.zeros(6)
         kernels.accumulate(
             *self._shape.grid,
-            self._shape.box,
             *self._pose,
             self._view.depth,
             self._predicted,
             self.kind,
             self._view.sigma,
-            CUTOFF * self._view.sigma + SLACK,
-            beside,
+            SLACK,
+            CUTOFF * self._view.sigma + ROOM,
             information,
             gradient,
         )
         return information, gradient
 
 
-def align(
-    shape: Shape, view: View, start: gtsam.Pose3, beside: float, iterations: int
-) -> gtsam.Pose3:
+def align(shape: Shape, view: View, start: gtsam.Pose3, iterations: int) -> gtsam.Pose3:
     """The pose T_co near ``start`` that agrees best with the image, by Gauss-Newton steps.
 
     A weak prior at ``start`` holds what the image does not show: a can does not spin about its axis.
     """
     T_co = start
     for _ in range(iterations):
-        information, gradient = Evidence(shape, view, T_co).normal_equations(beside)
+        information, gradient = Evidence(shape, view, T_co).normal_equations()
         away = start.localCoordinates(T_co)
-        delta = -np.linalg.solve(information + PRIOR, gradient + PRIOR @ away)
-        T_co = T_co.retract(delta)
-        if abs(delta[:3]).max() < CONVERGED[0] and abs(delta[3:]).max() < CONVERGED[1]:
+        step = -np.linalg.solve(information + shape.prior, gradient + shape.prior @ away)
+        T_co = T_co.retract(step)
+        if abs(step[:3]).max() < CONVERGED[0] and abs(step[3:]).max() < CONVERGED[1]:
             break
     return T_co
 

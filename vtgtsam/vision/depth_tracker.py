@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING
 import gtsam
 import numpy as np
 
-from .alignment import PRIOR, Evidence, Shape, View, align, noise_of
+from .alignment import Evidence, Shape, View, align, noise_of
 from .camera import CameraIntrinsics
 from .hand_mask import HandMask
+from .search import Search, stride
 from .tracker import TrackedPose
 
 if TYPE_CHECKING:
@@ -21,11 +22,13 @@ if TYPE_CHECKING:
     from ..objects import ObjectModel
 
 MARGIN = 0.02  # [m], around the object's bounding sphere: what it may move between two frames
-BESIDE = 0.1  # weight of points beside the outline, which may as well be the hand's ...
-BESIDE_HAND = 1.0  # ... and where the hand's pixels are known
-CANDIDATES, KEPT = 40, 4
-VMIN = 0.08
-CMAX = 0.15
+COARSE_PIXELS, FINE_PIXELS = 400, 2000  # of the object's outline, for the first steps and the last
+MIN_SIGMA = 0.5e-3  # [m], where the images have no noise the distance field's grid still has
+
+# A pose is kept while the images do not speak against it, and taken up again only where they speak for it.
+MIN_VISIBLE, MIN_VISIBLE_FOUND = 0.03, 0.15  # share of the outline seen
+MAX_CONTRADICTION, MAX_CONTRADICTION_FOUND = 0.15, 0.05  # share of pixels that see through it
+MAX_SIGMA = 0.005  # [m], standard deviation of the object's centre
 FORMS = ("depth", "depth-hand")
 
 
@@ -54,15 +57,13 @@ class DepthTracker:
         self.camera = camera
         self._shape = Shape(obj.sdf)
         self._hand = None if hand is None else HandMask(hand)
-        self._beside = BESIDE if hand is None else BESIDE_HAND
+        self._search = Search(self._shape)
         self._T_wo: gtsam.Pose3 | None = None
 
     def start(self, T_wo: gtsam.Pose3) -> None:
         """Begin a sequence at the pose of its first frame."""
         self._T_wo = T_wo
-        self._frames_lost = 0
-        self._hypotheses: list[gtsam.Pose3] = []
-        self._rng = np.random.default_rng(0)
+        self._search.forget()
 
     def update(
         self,
@@ -88,48 +89,55 @@ class DepthTracker:
         if self._hand is not None and joints is not None:
             T_hc = T_wc if T_wh is None else T_wh.inverse() * T_wc
             view.hand[:] = self._hand.mask(view.depth, view.camera, T_hc, joints)
-        T_co, seen = self._follow(view, T_co)
-        if not is_good(seen):
-            T_co, seen = self._search(view, T_co)
-            if not is_good(seen):
-                self._frames_lost += 1
-                return TrackedPose.lost(seen.visible_fraction)
-        self._frames_lost = 0
-        self._T_wo = T_wc * T_co
-        information, _ = seen.normal_equations(self._beside)
-        return TrackedPose(
-            self._T_wo, np.linalg.inv(information + 1e-2 * PRIOR), seen.visible_fraction, "ok"
-        )
+        return self._track(view, T_co, T_wc)
+
+    def _track(self, view: View, T_co: gtsam.Pose3, T_wc: gtsam.Pose3) -> TrackedPose:
+        pose, seen = self._follow(view, T_co)
+        lost = self._search.images > 0
+        good = self._is_good(seen, lost)
+        if not good:
+            pose, seen = self._follow(view, self._search.look(view, T_co, T_wc))
+            good = self._is_good(seen, True)
+        if not good:
+            return TrackedPose.lost(seen.visible_fraction)
+        self._search.forget()
+        self._T_wo = T_wc * pose
+        return TrackedPose(self._T_wo, self._covariance(seen), seen.visible_fraction, "ok")
 
     def _follow(self, view: View, T_co: gtsam.Pose3) -> tuple[gtsam.Pose3, Evidence]:
-        T_co = align(self._shape, view.strided(2), T_co, self._beside, iterations=4)
-        T_co = align(self._shape, view, T_co, self._beside, iterations=2)
-        return T_co, Evidence(self._shape, view, T_co)
+        outline = Evidence(self._shape, view.strided(4), T_co).outline * 16
+        fine = view.strided(stride(outline, FINE_PIXELS))
+        T_co = align(self._shape, view.strided(stride(outline, COARSE_PIXELS)), T_co, iterations=4)
+        T_co = align(self._shape, fine, T_co, iterations=2)
+        return T_co, Evidence(self._shape, fine, T_co)
 
-    def _search(self, view: View, T_co: gtsam.Pose3) -> tuple[gtsam.Pose3, Evidence]:
-        """The best of many poses around the last good one, spread the wider the longer it is lost."""
-        spread = 1.0 + self._frames_lost / 5
-        sigma = np.array([min(0.1 * spread, 1.5)] * 3 + [min(0.006 * spread, 0.04)] * 3)
-        center = gtsam.Pose3(gtsam.Rot3(), self._shape.center_o)
-        tries = [
-            T_co * center * gtsam.Pose3.Expmap(xi) * center.inverse()
-            for xi in self._rng.normal(size=(CANDIDATES, 6)) * sigma
-        ]
-        tries += self._hypotheses
-        coarse = view.strided(3)
-        scores = [Evidence(self._shape, coarse, T).score for T in tries]
-        best = np.argsort(scores)[::-1][:KEPT]
-        half = view.strided(2)
-        self._hypotheses = [
-            align(self._shape, half, tries[i], self._beside, iterations=4) for i in best
-        ]
-        scores = [Evidence(self._shape, half, T).score for T in self._hypotheses]
-        return self._follow(view, self._hypotheses[int(np.argmax(scores))])
+    def _covariance(self, seen: Evidence) -> np.ndarray:
+        information, _ = seen.normal_equations()
+        return np.linalg.inv(information / max(seen.misfit, 1.0) + 0.01 * self._shape.prior)
+
+    def _is_good(self, seen: Evidence, found: bool) -> bool:
+        """Whether an image supports a pose; one that was found needs better support."""
+        if found and (
+            seen.visible_fraction < MIN_VISIBLE_FOUND
+            or seen.contradiction > MAX_CONTRADICTION_FOUND
+            or seen.misfit > 3.0
+        ):
+            return False
+        if seen.visible_fraction < MIN_VISIBLE or seen.contradiction > MAX_CONTRADICTION:
+            return False
+        A = self._shape.to_center()
+        return bool(
+            np.linalg.eigvalsh((A @ self._covariance(seen) @ A.T)[3:, 3:])[-1] < MAX_SIGMA**2
+        )
 
     def _view(self, depth: np.ndarray, T_co: gtsam.Pose3) -> View | None:
         """The image around the object's bounding sphere; None where that lies outside the image."""
         center = T_co.transformFrom(self._shape.center_o)
-        reach = self._shape.radius + MARGIN
+        reach = (
+            self._shape.radius
+            + MARGIN
+            + (2.0 * self._search.spread[1] if self._search.images else 0.0)
+        )
         if center[2] <= reach:
             return None
         u, v = self.camera.project(center[None])[0]
@@ -146,7 +154,7 @@ class DepthTracker:
             image,
             np.zeros(image.shape, dtype=bool),
             self.camera.cropped(left, top, right - left, bottom - top),
-            max(noise_of(near), 0.5e-3),
+            max(noise_of(near), MIN_SIGMA),
         )
 
 

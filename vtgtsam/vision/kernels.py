@@ -15,8 +15,8 @@ import numpy as np
 from ..compiled import compiled
 from ..sdf.kernels import trilinear
 
-# What a pixel says about a pose. BESIDE: outside the outline, so whether it is the object is open.
-NOTHING, SURFACE, THROUGH, COVERED, BESIDE = 0, 1, 2, 3, 4
+# What a pixel says about a pose.
+NOTHING, SURFACE, THROUGH, COVERED = 0, 1, 2, 3
 
 
 @compiled
@@ -102,38 +102,41 @@ def render(
 
 @compiled
 def classify(
-    predicted: Any, depth: Any, hand: Any, single: float, mean: float, size: int, kind: Any
-) -> None:
+    predicted: Any, depth: Any, hand: Any, sigma: float, limits: Any, size: int, kind: Any
+) -> Any:
     """Say what each pixel tells about the object, from the predicted and the measured depth [m].
 
-    A pixel whose two depths differ by more than ``single`` is decided by itself. A fingertip that lies on the
-    object differs less than that, but it covers several pixels side by side: for the others the mean
-    difference over a window, among the undecided, must be below ``mean``.
+    A pixel whose two depths differ by more than the first limit is decided by itself. A fingertip that lies
+    on the object differs less than that, but it covers several pixels side by side: for the others the mean
+    difference over a window, among the undecided, must be below the second limit.
 
     Args:
         predicted: Depth of the object alone, inf where the pose puts no object.
         depth: Measured depth, 0 where there is none.
         hand: Where the hand is known to be: such a pixel is no surface, but one can see through it.
-        single: Largest difference of one pixel [m].
-        mean: Largest mean difference of a window [m].
+        sigma: Standard deviation of the noise [m].
+        limits: Largest difference of one pixel, of a window's mean, and what a right model may be off [m].
         size: The window reaches this many pixels to each side.
-        kind: Filled with NOTHING, SURFACE, THROUGH, COVERED or BESIDE (measured outside the outline).
+        kind: Filled with NOTHING, SURFACE, THROUGH or COVERED.
+
+    Returns:
+        Mean square of the windows' means in units of what noise and the model's error let expect, over the
+        pixels of the surface: about 1 at the right pose; 0 where there is no such pixel.
     """
     height, width = depth.shape
     for v in range(height):
         for u in range(width):
             difference = depth[v, u] - predicted[v, u]
-            if depth[v, u] <= 0.0:
+            if depth[v, u] <= 0.0 or predicted[v, u] == np.inf:
                 kind[v, u] = NOTHING
-            elif predicted[v, u] == np.inf:
-                kind[v, u] = NOTHING if hand[v, u] else BESIDE
-            elif difference > single:
+            elif difference > limits[0]:
                 kind[v, u] = THROUGH
-            elif difference < -single or hand[v, u]:
+            elif difference < -limits[0] or hand[v, u]:
                 kind[v, u] = COVERED
             else:
                 kind[v, u] = SURFACE
     undecided = kind.copy()
+    misfit, surface = 0.0, 0
     for v in range(height):
         for u in range(width):
             if undecided[v, u] != SURFACE:
@@ -144,10 +147,15 @@ def classify(
                     if undecided[b, a] == SURFACE:
                         total += depth[b, a] - predicted[b, a]
                         count += 1
-            if total > mean * count:
+            mean = total / count
+            if mean > limits[1]:
                 kind[v, u] = THROUGH
-            elif total < -mean * count:
+            elif mean < -limits[1]:
                 kind[v, u] = COVERED
+            else:
+                surface += 1
+                misfit += mean * mean / (sigma * sigma / count + limits[2] * limits[2])
+    return misfit / max(surface, 1)
 
 
 @compiled
@@ -155,7 +163,6 @@ def accumulate(
     values: Any,
     lower: Any,
     scale: Any,
-    box: Any,
     camera: Any,
     R_oc: Any,
     t_oc: Any,
@@ -163,53 +170,53 @@ def accumulate(
     predicted: Any,
     kind: Any,
     sigma: float,
+    slack: float,
     cutoff: float,
-    beside: float,
     information: Any,
     gradient: Any,
 ) -> None:
     """Add the normal equations of all pixels, for a right perturbation [rotation, translation].
 
-    A measured point p_o has the error phi(p_o), with Tukey's weight up to ``cutoff`` [m]; pixels beside the
-    outline count ``beside`` times. Where the camera sees through the object, the error is the depth by which
-    the ray pierces it, with at most the influence of a residual of one sigma (Huber).
+    SURFACE: the measured depth z and the depth d of the surface point s_o predicted there differ along the ray
+    r (one unit of depth long) by the plane distance
 
-        d phi / d xi = [ (grad phi x p_o)^T  -grad phi^T ]
+        e = (z - d) g . r,    g = grad phi(s_o),    de/dxi = [ (g x s_o)^T  -g^T ]
+
+    with Tukey's weight up to a difference of ``cutoff``. It is linear in z. The distance phi of the measured
+    point itself is not: where the surface curves away or is seen at a flat angle, noise alone would raise it,
+    and a pose half covered by fingers would be off by millimetres.
+
+    THROUGH: the error is phi at the deepest point of the ray, which must come out of the object; it has at most
+    the influence of one sigma (Huber).
     """
     direction, row = np.empty(3), np.empty(6)
     for v in range(depth.shape[0]):
         y = (v - camera[3]) / camera[1]
         for u in range(depth.shape[1]):
-            what = kind[v, u]
-            if what == NOTHING or what == COVERED:
+            if kind[v, u] != SURFACE and kind[v, u] != THROUGH:
                 continue
             x = (u - camera[2]) / camera[0]
             for axis in range(3):
                 direction[axis] = R_oc[axis, 0] * x + R_oc[axis, 1] * y + R_oc[axis, 2]
-            at = depth[v, u]
-            if what == THROUGH:
-                at = deepest(values, lower, scale, t_oc, direction, predicted[v, u], at)
+            at, difference = predicted[v, u], depth[v, u] - predicted[v, u]
+            if kind[v, u] == THROUGH:
+                at = deepest(values, lower, scale, t_oc, direction, at, depth[v, u])
+            elif abs(difference) >= cutoff:
+                continue
             px = t_oc[0] + at * direction[0]
             py = t_oc[1] + at * direction[1]
             pz = t_oc[2] + at * direction[2]
-            if what == BESIDE and (
-                max(box[0, 0] - px, px - box[1, 0]) > cutoff
-                or max(box[0, 1] - py, py - box[1, 1]) > cutoff
-                or max(box[0, 2] - pz, pz - box[1, 2]) > cutoff
-            ):
-                continue  # too far to count: most of the image, so worth asking first
             phi, gx, gy, gz = trilinear(values, lower, scale, px, py, pz)
-            if what == THROUGH:
-                weight = sigma / max(-phi, sigma)
-            elif abs(phi) < cutoff:
-                weight = (1.0 - (phi / cutoff) ** 2) ** 2 * (beside if what == BESIDE else 1.0)
+            if kind[v, u] == THROUGH:
+                error, weight = phi, 1.0 / (sigma * max(-phi, sigma))
             else:
-                continue
+                slope = gx * direction[0] + gy * direction[1] + gz * direction[2]
+                error, tukey = difference * slope, 1.0 - (difference / cutoff) ** 2
+                weight = tukey * tukey / (sigma * sigma * slope * slope + slack * slack)
             row[0], row[1], row[2] = gy * pz - gz * py, gz * px - gx * pz, gx * py - gy * px
             row[3], row[4], row[5] = -gx, -gy, -gz
-            weight /= sigma * sigma
             for i in range(6):
-                gradient[i] += weight * phi * row[i]
+                gradient[i] += weight * error * row[i]
                 for j in range(i + 1):
                     information[i, j] += weight * row[i] * row[j]
     for i in range(6):
