@@ -13,11 +13,10 @@ import numpy as np
 from .exceptions import MeshError
 from .meshes import check_size, read_mesh, sha256_of
 from .sdf.build import build_sdf
+from .sdf.grid import GridSdf
 
 if TYPE_CHECKING:
     import trimesh
-
-    from .sdf.grid import GridSdf
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,10 +92,11 @@ def load_object(
     mesh.apply_scale(scale)
     check_size(mesh.vertices, name)
     shift = _origin(origin, np.asarray(mesh.bounds))
+    grid = build_sdf(mesh)  # before the shift, so that all origins share one field in the cache
     mesh.apply_translation(-shift)
     return ObjectModel(
         name=name,
-        sdf=build_sdf(mesh),
+        sdf=GridSdf(grid.values, grid.lower - shift, grid.upper - shift),
         mesh=mesh,
         symmetry=shape.symmetry_about(-shift) if shape else None,
         mass=shape.mass * scale**3 if shape else None,

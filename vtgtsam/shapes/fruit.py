@@ -105,7 +105,7 @@ def _peach() -> trimesh.Trimesh:
 
 def _plum() -> trimesh.Trimesh:
     def radius(d: np.ndarray) -> np.ndarray:
-        return np.asarray(1 - _dent(d[:, 2], 0.12, 0.03) - _crease(d, 0.04, 0.14))
+        return np.asarray(1 - _dent(d[:, 2], 0.12, 0.03) - _crease(d, 0.09, 0.16))
 
     return _sized(ball(_stretched(radius)), (52, 52, 55))
 
