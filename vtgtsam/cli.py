@@ -13,6 +13,7 @@ from typing import Annotated
 import typer
 
 from . import __version__
+from .commands.check_mesh import check_mesh
 from .commands.evaluate import evaluate
 from .commands.inspect import inspect
 from .commands.report import report
@@ -26,7 +27,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     rich_markup_mode=None,  # plain text, and rich need not be imported
 )
-for command in (evaluate, report, inspect, sdf):
+for command in (evaluate, report, inspect, check_mesh, sdf):
     app.command()(command)
 
 

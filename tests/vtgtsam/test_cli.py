@@ -38,7 +38,7 @@ def test_help_answers_within_a_third_of_a_second_and_lists_what_works():
         start = time.perf_counter()
         answer = subprocess.run(command, capture_output=True, text=True, check=True)
         durations.append(time.perf_counter() - start)
-    for name in ("evaluate", "report", "inspect", "sdf"):
+    for name in ("evaluate", "report", "inspect", "check-mesh", "sdf"):
         assert f"\n  {name}" in answer.stdout
     assert min(durations) < 0.3
 
@@ -127,6 +127,7 @@ def test_a_hand_that_does_not_turn_has_one_median(run, tmp_path):
         (("evaluate", ".", "--out", "out"), "no recordings in ."),
         (("inspect", "missing"), "missing does not exist"),
         (("sdf", "missing.obj", "--out", "x.npz"), "missing.obj"),
+        (("check-mesh", "missing.obj"), "missing.obj"),
         (("report", "missing"), "holds no finished evaluation"),
     ],
 )
@@ -150,6 +151,7 @@ def test_an_expected_error_is_one_line_and_exit_code_1(
         ("evaluate", "x", "--out", "y", "--methods", ""),
         ("unknown",),
         ("sdf", "mesh.obj"),
+        ("check-mesh", "mesh.obj", "--scale", "0"),
     ],
 )
 def test_wrong_usage_is_exit_code_2(run, tmp_path, monkeypatch, arguments):
@@ -200,3 +202,26 @@ def test_sdf_writes_a_field_that_loads(run, tmp_path):
     assert "16 x 16 x 16 nodes" in out
     value = GridSdf.load(field).value([[0.05, 0.0, 0.0]])[0]
     assert value == pytest.approx(0.02, abs=1e-3)  # the sphere's facets lie up to 0.6 mm inside it
+
+
+def test_check_mesh_praises_a_good_mesh_and_says_what_is_wrong_with_a_bad_one(run, tmp_path):
+    mesh = trimesh.creation.box(extents=[40.0, 50.0, 60.0])
+    mesh.export(tmp_path / "box.stl")
+    options = ("--resolution", 24)
+    code, out, _ = run("check-mesh", tmp_path / "box.stl", "--scale", 0.001, *options)
+    assert code == 0
+    assert "no problems found" in out
+    code, out, _ = run("check-mesh", tmp_path / "box.stl", *options)
+    assert code == 1
+    assert "millimetres" in out
+
+
+def test_sdf_of_a_mesh_with_a_hole_warns_in_one_line(run, tmp_path):
+    mesh = trimesh.creation.box(extents=[0.04, 0.05, 0.06])
+    mesh.update_faces([True] * 11 + [False])
+    mesh.export(tmp_path / "open.stl")
+    options = ("--out", tmp_path / "open.npz", "--resolution", 12)
+    code, _, err = run("sdf", tmp_path / "open.stl", *options)
+    assert code == 0
+    assert err.startswith("warning: ")
+    assert err.count("\n") == 1

@@ -8,6 +8,8 @@ from typing import Annotated
 
 import typer
 
+from .options import Hand, Object, Topics
+
 SOME_FAILED = 3
 INTERRUPTED = 130  # 128 + SIGINT, as shells count
 
@@ -31,15 +33,9 @@ def evaluate(
     scheduler: Annotated[
         str | None, typer.Option(help="Dask scheduler to use instead, tcp://HOST:PORT.")
     ] = None,
-    topics: Annotated[
-        Path | None, typer.Option(help="Topic map (YAML) for other people's bags.")
-    ] = None,
-    hand: Annotated[
-        str | None, typer.Option(help="Hand instead of the recordings': a name, or MJCF or URDF.")
-    ] = None,
-    object: Annotated[
-        str | None, typer.Option(help="Object instead of the recordings': a name or a mesh.")
-    ] = None,
+    topics: Topics = None,
+    hand: Hand = None,
+    object: Object = None,
 ) -> None:
     """Estimate the object's pose in recordings and compare with the truth.
 

@@ -8,17 +8,15 @@ from typing import Annotated
 
 import typer
 
+from .options import Hand, Topics
+
 
 def inspect(
     path: Annotated[
         Path, typer.Argument(help="An .mcap file, a rosbag2 folder, or a folder of them.")
     ],
-    topics: Annotated[
-        Path | None, typer.Option(help="Topic map (YAML) for other people's bags.")
-    ] = None,
-    hand: Annotated[
-        str | None, typer.Option(help="Hand instead of the recording's: a name, or MJCF or URDF.")
-    ] = None,
+    topics: Topics = None,
+    hand: Hand = None,
 ) -> None:
     """Say what is in a recording: streams, rates, gaps, problems."""
     from ..evaluation.find import find_recordings

@@ -3,17 +3,20 @@
 
 from __future__ import annotations
 
+import warnings
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
+from .options import Mesh, Resolution, Scale
+
 
 def sdf(
-    mesh: Annotated[Path, typer.Argument(help="Mesh file (OBJ, PLY, STL, ...).")],
+    mesh: Mesh,
     out: Annotated[Path, typer.Option(help="File to write, .npz.")],
-    scale: Annotated[float, typer.Option(help="Metres per unit of the mesh; 0.001 for mm.")] = 1.0,
-    resolution: Annotated[int, typer.Option(min=2, help="Nodes a side.")] = 128,
+    scale: Scale = 1.0,
+    resolution: Resolution = 128,
 ) -> None:
     """Build the signed distance field of a mesh; `GridSdf.load` reads the file."""
     from ..meshes import read_mesh
@@ -21,8 +24,11 @@ def sdf(
 
     surface = read_mesh(mesh)
     surface.apply_scale(scale)
-    grid = build_sdf(surface, resolution=resolution)
+    with warnings.catch_warnings(record=True) as problems:
+        warnings.simplefilter("always")
+        grid = build_sdf(surface, resolution)
+    for problem in problems:
+        typer.echo(f"warning: {problem.message}", err=True)
     grid.save(out)
     side = " x ".join(str(count) for count in grid.values.shape)
-    spacing_mm = float(grid.spacing.max()) * 1e3
-    typer.echo(f"{out}: {side} nodes, {spacing_mm:.2f} mm apart")
+    typer.echo(f"{out}: {side} nodes, {float(grid.spacing.max()) * 1e3:.2f} mm apart")

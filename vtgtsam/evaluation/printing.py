@@ -123,9 +123,8 @@ def _tests(tests: pd.DataFrame) -> Iterator[str]:
     after = tests[tests["phase"] == AFTER]
     shown = after if len(after) else tests[tests["phase"] == ALL]
     if len(shown):
-        yield (
-            "Paired" + (" after the turn" if len(after) else "") + ", p of Wilcoxon's test (Holm):"
-        )
+        when = " after the turn" if len(after) else ""
+        yield f"Paired{when}, p of Wilcoxon's test (after Holm's correction):"
     rows = [_test(test) for test in shown.to_dict("records")]
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     for row in rows:
@@ -133,10 +132,9 @@ def _tests(tests: pd.DataFrame) -> Iterator[str]:
 
 
 def _test(test: Mapping[Hashable, Any]) -> list[str]:
-    better, baseline = str(test["comparison"]).split(" vs ")
-    wins = f"in {test['n_better']} of {test['n']} {test['unit']}s"
+    wins = f"smaller in {test['n_better']} of {test['n']} {test['unit']}s"
     chance = "" if pd.isna(test["p"]) else f"p = {test['p']:.2g} ({test['p_holm']:.2g})"
-    return [f"{better} better than {baseline}", wins, chance, test["note"]]
+    return [test["comparison"], wins, chance, test["note"]]
 
 
 def _notes(sequences: pd.DataFrame) -> Iterator[str]:

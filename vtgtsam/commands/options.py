@@ -1,0 +1,32 @@
+# SPDX-License-Identifier: MIT
+"""Options that several commands share."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+def _positive(value: float) -> float:
+    if not (math.isfinite(value) and value > 0):
+        raise typer.BadParameter(f"expected a number above 0, got {value}")
+    return value
+
+
+Mesh = Annotated[Path, typer.Argument(help="Mesh file (OBJ, PLY, STL, ...).")]
+Scale = Annotated[
+    float,
+    typer.Option(callback=_positive, help="Metres per unit of the mesh file; 0.001 for mm."),
+]
+Resolution = Annotated[int, typer.Option(min=2, help="Nodes of the distance field a side.")]
+Topics = Annotated[Path | None, typer.Option(help="Topic map (YAML) for other people's bags.")]
+Hand = Annotated[
+    str | None,
+    typer.Option(help="Hand instead of the recording's: a name, or an MJCF or URDF file."),
+]
+Object = Annotated[
+    str | None, typer.Option(help="Object instead of the recording's: a name or a mesh file.")
+]
