@@ -8,14 +8,14 @@ or the object is covered there (which says nothing).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import itertools
 from typing import TYPE_CHECKING
 
 import gtsam
 import numpy as np
 
 from . import kernels
-from .camera import CameraIntrinsics
+from .view import View
 
 if TYPE_CHECKING:
     from ..sdf.grid import GridSdf
@@ -39,9 +39,9 @@ class Shape:
 
     Attributes:
         grid: Values, lower corner and scale of its distance field, as the kernels take them.
-        box: Two corners around it [m], shape (2, 3), object frame.
+        box: Two opposite corners of a box around it [m], shape (2, 3), object frame.
+        corners_o: All corners of that box [m], shape (8, 3).
         center_o: Centre of that box [m], shape (3,).
-        radius: Radius of a sphere about the centre that holds it [m].
         prior: Information of a pose known to ``STEP_SIGMA`` at that centre, shape (6, 6), for a right
             perturbation [rotation, translation] of the object frame.
     """
@@ -53,7 +53,7 @@ class Shape:
         inside = nodes.astype(np.float64) / sdf.scale + sdf.lower
         self.box = np.array([inside.min(axis=0) - sdf.spacing, inside.max(axis=0) + sdf.spacing])
         self.center_o: np.ndarray = self.box.mean(axis=0)
-        self.radius = float(np.linalg.norm(inside - self.center_o, axis=1).max())
+        self.corners_o = np.array(list(itertools.product(*self.box.T)))
         to_center = self.to_center()
         self.prior: np.ndarray = to_center.T @ np.diag(1.0 / STEP_SIGMA**2) @ to_center
 
@@ -62,34 +62,6 @@ class Shape:
         matrix = np.eye(6)
         matrix[3:, :3] = -gtsam.Rot3.Hat(self.center_o)
         return matrix
-
-
-@dataclass(frozen=True, eq=False)
-class View:
-    """The part of a depth image around the object.
-
-    Attributes:
-        depth: Measured depth [m], shape (height, width), 0 where there is none.
-        hand: Where the hand is known to be, same shape.
-        camera: Its intrinsics.
-        sigma: Standard deviation of the depth's noise [m].
-    """
-
-    depth: np.ndarray
-    hand: np.ndarray
-    camera: CameraIntrinsics
-    sigma: float
-
-    def strided(self, step: int) -> View:
-        """Every ``step``-th row and column of it."""
-        if step == 1:
-            return self
-        return View(
-            np.ascontiguousarray(self.depth[::step, ::step]),
-            np.ascontiguousarray(self.hand[::step, ::step]),
-            self.camera.strided(step),
-            self.sigma,
-        )
 
 
 class Evidence:
@@ -162,6 +134,16 @@ class Evidence:
         return information, gradient
 
 
+def outline_pixels(shape: Shape, view: View, T_co: gtsam.Pose3) -> int:
+    """About how many pixels of the image the object takes at a pose, covered or not."""
+    return Evidence(shape, view.strided(4), T_co).outline * 16
+
+
+def stride(outline: int, pixels: int) -> int:
+    """Which part of an image's rows and columns leaves so many pixels of an outline, or a few more."""
+    return max(1, int(np.sqrt(outline / pixels)))
+
+
 def align(shape: Shape, view: View, start: gtsam.Pose3, iterations: int) -> gtsam.Pose3:
     """The pose T_co near ``start`` that agrees best with the image, by Gauss-Newton steps.
 
@@ -176,17 +158,3 @@ def align(shape: Shape, view: View, start: gtsam.Pose3, iterations: int) -> gtsa
         if abs(step[:3]).max() < CONVERGED[0] and abs(step[3:]).max() < CONVERGED[1]:
             break
     return T_co
-
-
-def noise_of(depth: np.ndarray) -> float:
-    """Standard deviation of a depth image's noise [m], from the second differences along its rows.
-
-    Surfaces are smooth over three pixels, noise is not: for independent noise a second difference has
-    variance 6 sigma^2. The median does not mind edges. 0 where nothing was measured.
-    """
-    first, middle, last = depth[:, :-2], depth[:, 1:-1], depth[:, 2:]
-    measured = (first > 0.0) & (middle > 0.0) & (last > 0.0)
-    if not measured.any():
-        return 0.0
-    second = np.abs(first - 2.0 * middle + last)[measured]
-    return float(1.4826 * np.median(second) / np.sqrt(6.0))

@@ -9,11 +9,12 @@ from typing import TYPE_CHECKING
 import gtsam
 import numpy as np
 
-from .alignment import Evidence, Shape, View, align, noise_of
+from .alignment import Evidence, Shape, align, outline_pixels, stride
 from .camera import CameraIntrinsics
 from .hand_mask import HandMask
-from .search import Search, stride
+from .search import Search
 from .tracker import TrackedPose
+from .view import View, crop
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -23,7 +24,6 @@ if TYPE_CHECKING:
 
 MARGIN = 0.02  # [m], around the object's bounding sphere: what it may move between two frames
 COARSE_PIXELS, FINE_PIXELS = 400, 2000  # of the object's outline, for the first steps and the last
-MIN_SIGMA = 0.5e-3  # [m], where the images have no noise the distance field's grid still has
 
 # A pose is kept while the images do not speak against it, and taken up again only where they speak for it.
 MIN_VISIBLE, MIN_VISIBLE_FOUND = 0.03, 0.15  # share of the outline seen
@@ -83,9 +83,10 @@ class DepthTracker:
         if self._hand is not None and joints is None:
             raise ValueError("a tracker that knows the hand needs its joint angles each frame")
         T_co = T_wc.inverse() * self._T_wo
-        view = self._view(self.camera.check(depth), T_co)
+        view = crop(self.camera.check(depth), self.camera, *self._around(T_co))
         if view is None:
             return TrackedPose.lost()
+        view = view.strided(stride(outline_pixels(self._shape, view, T_co), FINE_PIXELS))
         if self._hand is not None and joints is not None:
             T_hc = T_wc if T_wh is None else T_wh.inverse() * T_wc
             view.hand[:] = self._hand.mask(view.depth, view.camera, T_hc, joints)
@@ -105,11 +106,11 @@ class DepthTracker:
         return TrackedPose(self._T_wo, self._covariance(seen), seen.visible_fraction, "ok")
 
     def _follow(self, view: View, T_co: gtsam.Pose3) -> tuple[gtsam.Pose3, Evidence]:
-        outline = Evidence(self._shape, view.strided(4), T_co).outline * 16
-        fine = view.strided(stride(outline, FINE_PIXELS))
-        T_co = align(self._shape, view.strided(stride(outline, COARSE_PIXELS)), T_co, iterations=4)
-        T_co = align(self._shape, fine, T_co, iterations=2)
-        return T_co, Evidence(self._shape, fine, T_co)
+        outline = outline_pixels(self._shape, view, T_co)
+        coarse = view.strided(stride(outline, COARSE_PIXELS))
+        T_co = align(self._shape, coarse, T_co, iterations=4)
+        T_co = align(self._shape, view, T_co, iterations=2)
+        return T_co, Evidence(self._shape, view, T_co)
 
     def _covariance(self, seen: Evidence) -> np.ndarray:
         information, _ = seen.normal_equations()
@@ -130,34 +131,11 @@ class DepthTracker:
             np.linalg.eigvalsh((A @ self._covariance(seen) @ A.T)[3:, 3:])[-1] < MAX_SIGMA**2
         )
 
-    def _view(self, depth: np.ndarray, T_co: gtsam.Pose3) -> View | None:
-        """The image around the object's bounding sphere; None where that lies outside the image."""
-        center = T_co.transformFrom(self._shape.center_o)
-        reach = (
-            self._shape.radius
-            + MARGIN
-            + (2.0 * self._search.spread[1] if self._search.images else 0.0)
-        )
-        if center[2] <= reach:
-            return None
-        u, v = self.camera.project(center[None])[0]
-        half = reach / (center[2] - reach)
-        left = int(np.clip(u - half * self.camera.fx, 0, self.camera.width))
-        right = int(np.clip(u + half * self.camera.fx + 1, 0, self.camera.width))
-        top = int(np.clip(v - half * self.camera.fy, 0, self.camera.height))
-        bottom = int(np.clip(v + half * self.camera.fy + 1, 0, self.camera.height))
-        if left >= right or top >= bottom:
-            return None
-        image = np.ascontiguousarray(depth[top:bottom, left:right])
-        near = np.where(abs(image - center[2]) < reach, image, 0.0)
-        return View(
-            image,
-            np.zeros(image.shape, dtype=bool),
-            self.camera.cropped(left, top, right - left, bottom - top),
-            max(noise_of(near), MIN_SIGMA),
-        )
-
-
-def is_good(seen: Evidence) -> bool:
-    """Whether an image supports a pose."""
-    return seen.visible_fraction > VMIN and seen.contradiction < CMAX
+    def _around(self, T_co: gtsam.Pose3) -> tuple[np.ndarray, float]:
+        """Points that the view must show [m], shape (N, 3), camera frame, and the margin around them."""
+        corners_c = T_co.transformFrom(self._shape.corners_o.T).T
+        if not self._search.images:
+            return corners_c, MARGIN
+        center_c = corners_c.mean(axis=0)  # lost, it may have turned to any side
+        radius = np.linalg.norm(corners_c - center_c, axis=1).max()
+        return np.array([center_c]), radius + MARGIN + 2.0 * self._search.spread[1]

@@ -20,34 +20,43 @@ NOTHING, SURFACE, THROUGH, COVERED = 0, 1, 2, 3
 
 
 @compiled
-def through_box(box: Any, origin: Any, direction: Any) -> Any:
-    """Where a ray enters and leaves a box, in lengths of ``direction``; enter > leave: never."""
+def depth_range(box: Any, origin: Any, direction: Any, width: float) -> Any:
+    """Where a ray enters and leaves a box grown by ``width`` [m] a side; enter > leave: never."""
     enter, leave = 0.0, np.inf
     for axis in range(3):
+        low, high = box[0, axis] - width - origin[axis], box[1, axis] + width - origin[axis]
         if direction[axis] == 0.0:
-            if origin[axis] < box[0, axis] or origin[axis] > box[1, axis]:
+            if low > 0.0 or high < 0.0:
                 return 1.0, 0.0
             continue
-        a = (box[0, axis] - origin[axis]) / direction[axis]
-        b = (box[1, axis] - origin[axis]) / direction[axis]
+        a, b = low / direction[axis], high / direction[axis]
         enter, leave = max(enter, min(a, b)), min(leave, max(a, b))
     return enter, leave
 
 
 @compiled
-def trace(values: Any, lower: Any, scale: Any, box: Any, origin: Any, direction: Any) -> Any:
-    """Length of a ray up to the surface, in lengths of ``direction``; inf where it passes by.
+def ray(camera: Any, R_oc: Any, u: float, v: float, direction: Any) -> None:
+    """Fill ``direction`` (3,) with the ray of a pixel, one unit of depth long, object frame."""
+    x, y = (u - camera[2]) / camera[0], (v - camera[3]) / camera[1]
+    for axis in range(3):
+        direction[axis] = R_oc[axis, 0] * x + R_oc[axis, 1] * y + R_oc[axis, 2]
+
+
+@compiled
+def trace(
+    values: Any, lower: Any, scale: Any, origin: Any, direction: Any, start: float, end: float
+) -> Any:
+    """Depth at which a ray meets the surface, between two depths; inf where it passes by.
 
     Sphere tracing: the distance field says how far the ray may go on without meeting the surface. The
     crossing itself is interpolated between the last point outside and the first inside.
     """
-    at, leave = through_box(box, origin, direction)
     speed = np.sqrt(direction[0] ** 2 + direction[1] ** 2 + direction[2] ** 2)
     least = 0.3 / (
         scale[0] * speed
     )  # a third of a cell: near the surface the steps must not die out
-    before, phi_before = at, np.inf
-    while at <= leave:
+    at, before, phi_before = start, start, np.inf
+    while at <= end:
         x = origin[0] + at * direction[0]
         y = origin[1] + at * direction[1]
         z = origin[2] + at * direction[2]
@@ -58,6 +67,35 @@ def trace(values: Any, lower: Any, scale: Any, box: Any, origin: Any, direction:
             return before + (at - before) * phi_before / (phi_before - phi)
         before, phi_before = at, phi
         at += max(phi / speed, least)
+    return np.inf
+
+
+@compiled
+def trace_cone(
+    values: Any,
+    lower: Any,
+    scale: Any,
+    origin: Any,
+    direction: Any,
+    start: float,
+    end: float,
+    opening: float,
+) -> Any:
+    """Depth up to which a bundle of rays meets nothing; inf where none of them meets the surface.
+
+    The bundle's rays are at most ``opening`` times the depth away from the ray given.
+    """
+    speed = np.sqrt(direction[0] ** 2 + direction[1] ** 2 + direction[2] ** 2) + opening
+    cell = 1.0 / scale[0]
+    at = start
+    while at <= end:
+        x = origin[0] + at * direction[0]
+        y = origin[1] + at * direction[1]
+        z = origin[2] + at * direction[2]
+        free = trilinear(values, lower, scale, x, y, z)[0] - at * opening
+        if free < cell:
+            return at
+        at += free / speed
     return np.inf
 
 
@@ -89,15 +127,27 @@ def deepest(
 def render(
     values: Any, lower: Any, scale: Any, box: Any, camera: Any, R_oc: Any, t_oc: Any, depth: Any
 ) -> None:
-    """Fill ``depth`` (height, width) with the object's predicted depth [m], inf where it is not seen."""
+    """Fill ``depth`` (height, width) with the object's predicted depth [m], inf where it is not seen.
+
+    Blocks of 4 x 4 pixels are traced together first: most of them pass by the object, and in the others each
+    ray starts close to it.
+    """
+    height, width = depth.shape
+    # Half a block's diagonal at depth 1; and at the depth of the object, with much to spare.
+    opening = 1.5 * np.sqrt(1.0 / camera[0] ** 2 + 1.0 / camera[1] ** 2)
+    reach = 1.5 * opening * np.sqrt(t_oc[0] ** 2 + t_oc[1] ** 2 + t_oc[2] ** 2)
     direction = np.empty(3)
-    for v in range(depth.shape[0]):
-        y = (v - camera[3]) / camera[1]
-        for u in range(depth.shape[1]):
-            x = (u - camera[2]) / camera[0]
-            for axis in range(3):
-                direction[axis] = R_oc[axis, 0] * x + R_oc[axis, 1] * y + R_oc[axis, 2]
-            depth[v, u] = trace(values, lower, scale, box, t_oc, direction)
+    for top in range(0, height, 4):
+        for left in range(0, width, 4):
+            ray(camera, R_oc, left + 1.5, top + 1.5, direction)
+            start, end = depth_range(box, t_oc, direction, reach)
+            start = trace_cone(values, lower, scale, t_oc, direction, start, end, opening)
+            for v in range(top, min(top + 4, height)):
+                for u in range(left, min(left + 4, width)):
+                    depth[v, u] = np.inf
+                    if start < np.inf:
+                        ray(camera, R_oc, u, v, direction)
+                        depth[v, u] = trace(values, lower, scale, t_oc, direction, start, end)
 
 
 @compiled
@@ -191,13 +241,10 @@ def accumulate(
     """
     direction, row = np.empty(3), np.empty(6)
     for v in range(depth.shape[0]):
-        y = (v - camera[3]) / camera[1]
         for u in range(depth.shape[1]):
             if kind[v, u] != SURFACE and kind[v, u] != THROUGH:
                 continue
-            x = (u - camera[2]) / camera[0]
-            for axis in range(3):
-                direction[axis] = R_oc[axis, 0] * x + R_oc[axis, 1] * y + R_oc[axis, 2]
+            ray(camera, R_oc, u, v, direction)
             at, difference = predicted[v, u], depth[v, u] - predicted[v, u]
             if kind[v, u] == THROUGH:
                 at = deepest(values, lower, scale, t_oc, direction, at, depth[v, u])

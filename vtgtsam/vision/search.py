@@ -10,7 +10,8 @@ from __future__ import annotations
 import gtsam
 import numpy as np
 
-from .alignment import Evidence, Shape, View, align
+from .alignment import Evidence, Shape, align, outline_pixels, stride
+from .view import View
 
 TRIES = 40  # poses judged in one image
 KEPT = 4  # of those, how many are aligned
@@ -41,7 +42,8 @@ class Search:
     @property
     def spread(self) -> np.ndarray:
         """Standard deviation of the poses tried, rotation [rad] and translation [m], shape (2,)."""
-        return np.minimum(FIRST + self.images * GROWTH, LAST)
+        wide: np.ndarray = np.minimum(FIRST + self.images * GROWTH, LAST)
+        return wide
 
     def look(self, view: View, T_co: gtsam.Pose3, T_wc: gtsam.Pose3) -> gtsam.Pose3:
         """The best pose found in an image, object in camera; whether it is good is for others to say.
@@ -52,7 +54,7 @@ class Search:
             T_wc: Where the camera is now.
         """
         tries = [T_co, *(T_wc.inverse() * T_wo for T_wo in self._best), *self._around(T_co)]
-        outline = Evidence(self._shape, view.strided(4), T_co).outline * 16
+        outline = outline_pixels(self._shape, view, T_co)
         coarse = view.strided(stride(outline, COARSE_PIXELS))
         fine = view.strided(stride(outline, FINE_PIXELS))
         first = sorted(tries, key=lambda T: -score(Evidence(self._shape, coarse, T)))[:KEPT]
@@ -71,8 +73,3 @@ class Search:
 def score(seen: Evidence) -> float:
     """How much an image speaks for a pose: surface seen, less what is seen through it, per outline."""
     return (seen.surface - AGAINST * seen.through) / max(seen.outline, 1)
-
-
-def stride(outline: int, pixels: int) -> int:
-    """Which part of an image's rows and columns leaves an outline about so many pixels."""
-    return max(1, round(np.sqrt(outline / pixels)))
