@@ -22,8 +22,8 @@ DAMPINGS = (0.05, 0.035, 0.015)  # [N m s/rad]
 STALL_TORQUE = 0.52  # [N m], XL330-M288-T at 5 V (ROBOTIS e-manual)
 ARMATURE = 0.001  # [kg m^2]
 JOINT_DAMPING = 0.01  # [N m s/rad]
-HOLD_GAIN = 30.0  # [N m/rad], joints that only hold their place (palm, thumb rotation)
-HOLD_DAMPING = 0.5  # [N m s/rad]
+HOLD_GAIN = 200.0  # [N m/rad], joints that only hold their place (palm, thumb rotation)
+HOLD_DAMPING = 2.0  # [N m s/rad]
 
 # The wrist, a stiff servo that turns the hand.
 WRIST_GAIN = 2000.0  # [N m/rad]: 1 N m of hand and object bend it by 0.03 degrees

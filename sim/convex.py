@@ -18,28 +18,30 @@ from vtgtsam.meshes import sha256_of
 if TYPE_CHECKING:
     import trimesh
 
-HULL_RATIO = 1.1  # hull volume / mesh volume below which the hull is good enough
-CONCAVITY = 0.03  # CoACD's threshold, relative to the object's size
-_VERSION = "1"  # raise when the same mesh is to give other parts
+# Hull volume / mesh volume below which the hull is good enough: it then stands out from the YCB meshes
+# by 0.4 mm on average at most and by 1.6 mm at the 95th percentile; at 1.06 already by 5 mm.
+HULL_RATIO = 1.04
+# CoACD's settings. On mug, banana and can the parts stand out by 0.1-0.3 mm on average; its default
+# threshold (0.05) doubles that, its default search takes three times as long and gains nothing.
+SETTINGS = {"threshold": 0.03, "mcts_iterations": 40, "mcts_nodes": 10, "mcts_max_depth": 2}
+_VERSION = "3"  # raise when the same mesh is to give other parts
 
-Part = tuple[np.ndarray, np.ndarray]
 
-
-def convex_parts(mesh: trimesh.Trimesh) -> list[Part]:
-    """Convex parts whose union is about the object: vertices (V, 3) [m] and faces (F, 3) of each.
+def convex_parts(mesh: trimesh.Trimesh) -> list[np.ndarray]:
+    """Points whose convex hulls are, together, about the object: (V, 3) [m] for each part.
 
     Raises:
         VtgtsamError: The object needs cutting and CoACD is not installed.
     """
-    key = f"{sha256_of(mesh.vertices, mesh.faces)[:32]}-{CONCAVITY}-{_VERSION}"
-    arrays = cached_arrays("convex", key, lambda: _pack(_compute(mesh)))
-    return _unpack(arrays)
+    key = f"{sha256_of(mesh.vertices, mesh.faces)[:32]}-{_VERSION}"
+    parts = cached_arrays("convex", key, lambda: _pack(_compute(mesh)))
+    return np.split(parts["vertices"], np.cumsum(parts["counts"])[:-1])
 
 
-def _compute(mesh: trimesh.Trimesh) -> list[Part]:
+def _compute(mesh: trimesh.Trimesh) -> list[np.ndarray]:
     hull = mesh.convex_hull
     if hull.volume < HULL_RATIO * abs(mesh.volume):
-        return [(np.asarray(hull.vertices), np.asarray(hull.faces))]
+        return [np.asarray(hull.vertices)]
     try:
         import coacd
     except ImportError as error:
@@ -47,19 +49,9 @@ def _compute(mesh: trimesh.Trimesh) -> list[Part]:
             "this object is not convex and cutting it needs CoACD: pip install coacd"
         ) from error
     coacd.set_log_level("error")
-    parts = coacd.run_coacd(coacd.Mesh(mesh.vertices, mesh.faces), threshold=CONCAVITY, seed=0)
-    return [(np.asarray(vertices), np.asarray(faces)) for vertices, faces in parts]
+    parts = coacd.run_coacd(coacd.Mesh(mesh.vertices, mesh.faces), seed=0, **SETTINGS)
+    return [np.asarray(vertices) for vertices, _ in parts]
 
 
-def _pack(parts: list[Part]) -> dict[str, np.ndarray]:
-    return {
-        "vertices": np.concatenate([vertices for vertices, _ in parts]),
-        "faces": np.concatenate([faces for _, faces in parts]),
-        "counts": np.array([(len(vertices), len(faces)) for vertices, faces in parts]),
-    }
-
-
-def _unpack(arrays: dict[str, np.ndarray]) -> list[Part]:
-    cuts = np.cumsum(arrays["counts"], axis=0)[:-1]
-    vertices = np.split(arrays["vertices"], cuts[:, 0])
-    return list(zip(vertices, np.split(arrays["faces"], cuts[:, 1]), strict=True))
+def _pack(parts: list[np.ndarray]) -> dict[str, np.ndarray]:
+    return {"vertices": np.concatenate(parts), "counts": np.array([len(part) for part in parts])}

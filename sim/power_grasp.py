@@ -21,6 +21,7 @@ from .placement import above_palm
 from .simulate import Rejected, Trajectory, simulate
 from .world import World
 
+MAX_LIFT = 0.04  # [m], higher up only the thumb is in the way
 YAWS = np.deg2rad(np.arange(0, 180, 45))  # [rad]
 _VERSION = "1"  # raise when the search is to give other poses
 
@@ -38,12 +39,25 @@ def _search(world: World) -> np.ndarray:
     best, best_score = np.empty((0, 4)), 0.0
     for R_wo in _orientations():
         try:
-            trajectory = simulate(world, above_palm(world.description, world.obj.mesh, R_wo))
+            trajectory = simulate(world, _lowest(world, R_wo))
         except Rejected:
             continue
         if (score := _coverage(trajectory)) > best_score:
             best, best_score = trajectory.T_wo[0], score
     return best
+
+
+def _lowest(world: World, R_wo: np.ndarray) -> np.ndarray:
+    """The lowest pose above the palm in which the object of that orientation is clear of the hand.
+
+    Long objects lie on the fingers, which are bent a little.
+    """
+    for height in np.arange(0.0, MAX_LIFT, 0.002):
+        T_wo = above_palm(world.description, world.obj.mesh, R_wo, height)
+        world.place(T_wo)
+        if world.overlap_with_hand() == 0.0:
+            return T_wo
+    raise Rejected("does not fit into the open hand")
 
 
 def _orientations() -> list[np.ndarray]:

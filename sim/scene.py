@@ -15,6 +15,7 @@ import numpy as np
 
 from vtgtsam import HandModel, ObjectModel
 from vtgtsam.hand_file import compile_hand, find_pads, parse_spec, read_spec
+from vtgtsam.pads import RIM
 
 from . import constants as c
 from .convex import convex_parts
@@ -93,11 +94,12 @@ def _extended_hand(description: GraspDescription, hand: HandModel) -> mujoco.MjS
         for geom in body.geoms:
             if (geom.name or body.name) == box.name:  # a pad that is a geom in its file
                 geom.contype = geom.conaffinity = 0
+        _add_hull(spec, f"{box.name} contact", rounded_box(box.size))
         body.add_geom(
             name=f"{box.name} contact",
-            type=mujoco.mjtGeom.mjGEOM_BOX,
-            size=box.size / 2,
-            pos=box.T_bp[:3, 3] - box.size[2] / 2 * box.T_bp[:3, 2],
+            type=mujoco.mjtGeom.mjGEOM_MESH,
+            meshname=f"{box.name} contact",
+            pos=box.T_bp[:3, 3],
             quat=_quat(box.T_bp[:3, :3]),
             mass=0,
             contype=0,
@@ -106,6 +108,21 @@ def _extended_hand(description: GraspDescription, hand: HandModel) -> mujoco.MjS
             rgba=(0.95, 0.75, 0.2, 1),
         )
     return spec
+
+
+def rounded_box(size: np.ndarray) -> np.ndarray:
+    """Corners of a pad, shape (N, 3) [m] in the pad frame: a box with its upper edges rounded.
+
+    The contact face thus ends where the grid of points that the estimator knows ends (paper: "the round
+    sensor pad edges with a radius of 2 mm are excluded"). ``size`` has the box's lengths [m], shape (3,).
+    """
+    angles = np.linspace(0.0, np.pi / 2, 5)
+    inset = np.append(RIM * (1 - np.sin(angles)), 0.0)
+    height = np.append(-RIM * (1 - np.cos(angles)), -max(size[2], 1.5 * RIM))
+    half = size[:2] / 2 - inset[:, None]
+    signs = np.array([(1, 1), (1, -1), (-1, 1), (-1, -1)])
+    corners = half[:, None, :] * signs
+    return np.concatenate([corners, np.repeat(height, 4).reshape(-1, 4, 1)], axis=2).reshape(-1, 3)
 
 
 def pad_geom(pad_name: str) -> str:
@@ -144,7 +161,12 @@ def _add_object(scene: mujoco.MjSpec, obj: ObjectModel) -> None:
     body = scene.worldbody.add_body(name=OBJECT)
     body.add_freejoint(name=OBJECT)
     _set_inertia(body, obj)
-    _add_mesh(scene, OBJECT, obj.mesh.vertices, obj.mesh.faces)
+    scene.add_mesh(
+        name=OBJECT,
+        uservert=np.asarray(obj.mesh.vertices, dtype=np.float64).ravel(),
+        userface=np.asarray(obj.mesh.faces, dtype=np.int32).ravel(),
+        inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL,  # not used; an open mesh fails otherwise
+    )
     body.add_geom(
         name=OBJECT,
         type=mujoco.mjtGeom.mjGEOM_MESH,
@@ -155,9 +177,9 @@ def _add_object(scene: mujoco.MjSpec, obj: ObjectModel) -> None:
         group=VISIBLE,
         rgba=(0.25, 0.5, 0.75, 1),
     )
-    for index, (vertices, faces) in enumerate(convex_parts(obj.mesh)):
+    for index, vertices in enumerate(convex_parts(obj.mesh)):
         name = f"{OBJECT} part {index}"
-        _add_mesh(scene, name, vertices, faces)
+        _add_hull(scene, name, vertices)
         body.add_geom(
             name=name,
             type=mujoco.mjtGeom.mjGEOM_MESH,
@@ -172,13 +194,9 @@ def _add_object(scene: mujoco.MjSpec, obj: ObjectModel) -> None:
         )
 
 
-def _add_mesh(scene: mujoco.MjSpec, name: str, vertices: np.ndarray, faces: np.ndarray) -> None:
-    scene.add_mesh(
-        name=name,
-        uservert=np.asarray(vertices, dtype=np.float64).ravel(),
-        userface=np.asarray(faces, dtype=np.int32).ravel(),
-        inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL,  # not used; never fails
-    )
+def _add_hull(spec: mujoco.MjSpec, name: str, vertices: np.ndarray) -> None:
+    """Add the convex hull of points, shape (N, 3) [m], as a mesh."""
+    spec.add_mesh(name=name, uservert=np.asarray(vertices, dtype=np.float64).ravel())
 
 
 def _set_inertia(body: mujoco.MjsBody, obj: ObjectModel) -> None:
