@@ -89,10 +89,3 @@ def test_frames_without_a_pose_are_left_out_and_keep_their_number():
     assert rows[1]["time_rel"] == 0.5
     assert [line.split(",")[:3] for line in bop_lines(4, 5, np.eye(4), rows)] == [["4", "1", "5"]]
     assert tum_lines(rows)[1:] == ["1.500000000 0.0 0.0 0.0 0.0 0.0 0.0 1.0\n"]
-
-
-def test_evo_reads_tum_files(folder):
-    file_interface = pytest.importorskip("evo.tools.file_interface")
-    trajectory = file_interface.read_tum_trajectory_file(folder / "out" / "tum" / "vis" / "a.txt")
-    assert trajectory.num_poses == 6
-    assert trajectory.check()[0]
