@@ -146,7 +146,7 @@ def test_rotation_error_is_the_angle_between(angle):
     assert rotation_error(T_est, T_true) == pytest.approx(angle, abs=1e-12 + 1e-9 * angle)
 
 
-def smallest_angle(between, symmetry, steps=3600):
+def smallest_angle(between, symmetry, steps=720):
     """As BOP does it: all discrete turns, each with all turns about the axis in small steps."""
     turns = [np.eye(3)]
     turns += [np.reshape(t, (4, 4))[:3, :3] for t in symmetry.get("symmetries_discrete", [])]
@@ -164,11 +164,11 @@ def smallest_angle(between, symmetry, steps=3600):
 def test_rotation_error_is_the_smallest_over_the_objects_symmetries(name):
     symmetry = CATALOGUE[name].symmetry
     rng = np.random.default_rng(4)
-    for _ in range(4):
+    for _ in range(12):
         T_est, T_true = random_pose(rng), random_pose(rng)
         between = T_est.rotation().between(T_true.rotation()).matrix()
         found = rotation_error(T_est, T_true, symmetry)
-        assert found == pytest.approx(smallest_angle(between, symmetry or {}), abs=1e-3)
+        assert found == pytest.approx(smallest_angle(between, symmetry or {}), abs=5e-3)
         assert found <= rotation_error(T_est, T_true) + 1e-12
 
 
