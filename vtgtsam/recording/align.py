@@ -61,7 +61,11 @@ def to_world(vision: PoseStream, camera: PoseStream, warnings: list[str]) -> Pos
 
 
 def measurements_at(
-    instants_ns: np.ndarray, streams: Streams, hand: HandModel, warnings: list[str]
+    instants_ns: np.ndarray,
+    streams: Streams,
+    hand: HandModel,
+    warnings: list[str],
+    vision_hold_ns: int = VISION_HOLD_NS,
 ) -> list[Measurement]:
     """A measurement for each instant [ns] from which on all streams are known, others held.
 
@@ -70,6 +74,7 @@ def measurements_at(
         streams: With joints and contacts.
         hand: Names the joints and pads.
         warnings: Gets a sentence for what is skipped or long out of date.
+        vision_hold_ns: How long a visual pose counts [ns].
 
     Raises:
         RecordingError: There is no frame, or none has joints and contacts of its own time.
@@ -78,7 +83,7 @@ def measurements_at(
     joints, joints_age = streams.joints.held(instants_ns, hand.joint_names)
     contacts, contacts_age = streams.contacts.held(instants_ns, hand.pad_names)
     T_wh = _held_poses(streams.hand_pose, instants_ns)
-    visual = _held_visual(streams.vision, instants_ns)
+    visual = _held_visual(streams.vision, instants_ns, vision_hold_ns)
     ready = np.isfinite(joints).all(axis=1) & np.isfinite(contacts).all(axis=1)
     if streams.hand_pose is not None:
         ready &= streams.hand_pose.held(instants_ns) >= 0
@@ -136,13 +141,13 @@ def _held_poses(stream: PoseStream | None, instants_ns: np.ndarray) -> list[gtsa
 
 
 def _held_visual(
-    stream: PoseStream | None, instants_ns: np.ndarray
+    stream: PoseStream | None, instants_ns: np.ndarray, hold_ns: int
 ) -> list[tuple[gtsam.Pose3 | None, tuple[float, float] | None]]:
     nothing = (None, None)
     if stream is None:
         return [nothing] * len(instants_ns)
     index = np.searchsorted(stream.times_ns, instants_ns, side="right") - 1
-    fresh = (index >= 0) & (instants_ns - stream.times_ns[index] <= VISION_HOLD_NS)
+    fresh = (index >= 0) & (instants_ns - stream.times_ns[index] <= hold_ns)
     return [
         (stream.poses[i], stream.sigmas[i]) if ok else nothing
         for i, ok in zip(index, fresh, strict=True)

@@ -15,3 +15,4 @@ CAMERA_INFO = "/camera/info"
 METADATA = "vtgtsam"
 HAND_ATTACHMENT = "hand"  # without the suffix, which says what kind of file it is
 OBJECT_ATTACHMENT = "object"
+VISION_HOLD = "vision_hold"  # in the metadata: how long a visual pose counts [s]

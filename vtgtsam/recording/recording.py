@@ -14,7 +14,8 @@ import numpy as np
 
 from ..exceptions import RecordingError
 from ..measurement import Measurement
-from .align import Streams, measurements_at
+from . import names
+from .align import VISION_HOLD_NS, Streams, measurements_at
 from .named import NamedStream
 from .poses import PoseStream
 from .trajectory import PoseTrajectory
@@ -85,7 +86,8 @@ class Recording:
         """The recording as the estimator wants it.
 
         Each stream is held at its last stamp; frames before the first joint, contact or hand pose
-        are skipped with a warning. A visual pose counts for a second at most.
+        are skipped with a warning. A visual pose counts for a second at most, or for as long as the
+        metadata says that it did in a live run.
 
         Args:
             rate: "vision": a frame at each visual pose; a number: so many frames a second [Hz];
@@ -101,11 +103,25 @@ class Recording:
         instants_ns = self._instants(rate, joints, contacts)
         found: list[str] = []
         try:
-            measurements = measurements_at(instants_ns, self._streams, self.hand, found)
+            measurements = measurements_at(
+                instants_ns, self._streams, self.hand, found, self._vision_hold_ns()
+            )
         except RecordingError as error:
             raise RecordingError(f"{self.path}: {error}") from None
         self.warn(found)
         return measurements
+
+    def _vision_hold_ns(self) -> int:
+        text = self.info.get(names.VISION_HOLD)
+        if text is None:
+            return VISION_HOLD_NS
+        try:
+            seconds = float(text)
+        except ValueError:
+            seconds = -1.0
+        if not 0 <= seconds < 1e6:
+            raise RecordingError(f"{names.VISION_HOLD} must be seconds, got {text!r}")
+        return round(seconds * 1e9)
 
     def _instants(
         self, rate: float | str, joints: NamedStream, contacts: NamedStream
