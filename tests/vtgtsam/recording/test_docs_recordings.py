@@ -31,6 +31,6 @@ def test_the_pages_map_is_valid(tmp_path):
 def test_the_page_names_every_topic_and_shows_our_message_as_it_is():
     for topic in (value for key, value in vars(names).items() if key.isupper() and value[0] == "/"):
         assert f"`{topic}`" in PAGE
-    (shown,) = snippets("")
+    (shown,) = snippets("text")
     own = messages.definition(messages.TACTILE_PADS).split("=" * 80)[0]
     assert shown.strip() in own
