@@ -42,7 +42,7 @@ def export(out: Path, sequences: Sequence[Description], methods: Sequence[str]) 
 
 
 def _export_bop(out: Path, sequences: Sequence[Description], methods: Sequence[str]) -> None:
-    without = [about["sequence"] for about in sequences if about["camera_pose"] is None]
+    without = [about["sequence"] for about in sequences if not about["camera_poses"]]
     if without:
         logger.warning(
             "%d of %d sequences have no camera pose and are left out of bop/, the first is %s",
@@ -51,7 +51,7 @@ def _export_bop(out: Path, sequences: Sequence[Description], methods: Sequence[s
             without[0],
         )
     objects = {name: i for i, name in enumerate(sorted({a["object"] for a in sequences}), start=1)}
-    scenes = [about for about in sequences if about["camera_pose"] is not None]
+    scenes = [about for about in sequences if about["camera_poses"]]
     if not scenes:
         return
     numbered = [
@@ -66,9 +66,8 @@ def _export_bop(out: Path, sequences: Sequence[Description], methods: Sequence[s
                 file.write(HEADER)
                 for number, about in zip(numbered, scenes, strict=True):
                     rows = _rows(out, about["sequence"], method)
-                    file.writelines(
-                        bop_lines(number["scene_id"], number["obj_id"], about["camera_pose"], rows)
-                    )
+                    ids = number["scene_id"], number["obj_id"]
+                    file.writelines(bop_lines(*ids, about["camera_poses"], rows))
 
 
 def _rows(out: Path, sequence: str, method: str) -> list[dict[str, Any]]:

@@ -50,13 +50,14 @@ def _below(path: Path) -> Iterator[tuple[str, Path]]:
         yield _without_suffix("__".join(recording.relative_to(path).parts)), recording
 
 
-def _search(folder: Path) -> Iterator[Path]:
+def _search(folder: Path, above: tuple[Path, ...] = ()) -> Iterator[Path]:
+    above = (*above, folder.resolve())
     for child in sorted(folder.iterdir()):
         if child.is_dir():
             if _is_bag(child):
                 yield child
-            else:
-                yield from _search(child)
+            elif child.resolve() not in above:  # no link back up
+                yield from _search(child, above)
         elif child.suffix == ".mcap":
             yield child
 

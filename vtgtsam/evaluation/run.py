@@ -7,22 +7,22 @@ import logging
 import os
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import pandas as pd
 import yaml
 
 from ..config import EstimatorConfig
-from ..recording.topics import load_topics
 from . import store
 from .atomic import remove_leftovers, write_text
 from .engine import run_tasks
 from .errors import SCHEMA
 from .exports import export
 from .find import find_recordings
+from .given import Given
 from .methods import load_config, method_configs
 from .parquet import concatenate
-from .resume import code_version, inputs_digest
+from .resume import code_version
 from .sequence import Outcome, Task, evaluate_sequence
 from .tables import Tables, make_tables, write_csv
 
@@ -108,14 +108,11 @@ def run(
     paths = [recordings] if isinstance(recordings, str | os.PathLike) else recordings
     found = find_recordings(paths)
     configs = method_configs(methods, load_config(config))
-    topic_map = load_topics(Path(topics)) if isinstance(topics, str | os.PathLike) else topics
+    given = Given.of(hand, obj, topics)
     folder = Path(out).resolve()  # workers may have another current folder
     _prepare(folder, set(found))
-    inputs = inputs_digest(hand, obj, topic_map)
     tasks = [
-        Task(
-            sequence, path.resolve(), configs, folder, hand, obj, topic_map, inputs, code_version()
-        )
+        Task(sequence, path.resolve(), folder, configs, given, code_version())
         for sequence, path in found.items()
     ]
     outcomes: dict[str, Outcome] = {}
@@ -123,16 +120,17 @@ def run(
         outcomes[outcome.sequence] = outcome
         if progress is not None:
             progress(outcome, len(tasks))
-    write_text(folder / store.CONFIG, _config_yaml(configs, hand, obj, topic_map))
+    write_text(folder / store.CONFIG, _config_yaml(configs, given))
     return _collect(folder, [outcomes[sequence] for sequence in found], list(configs))
 
 
 def _prepare(out: Path, sequences: set[str]) -> None:
-    """Remove what is left of a killed run, and results of sequences that are not in this call."""
+    """Remove what is left of a killed run, and results that do not belong to this call."""
     out.mkdir(parents=True, exist_ok=True)
     remove_leftovers(out)
+    store.forget_tables(out)
     for sequence in sorted(store.stored_sequences(out) - sequences):
-        logger.info("%s: removed from %s, not among the recordings any more", sequence, out)
+        logger.warning("%s: removed from %s, not among the recordings any more", sequence, out)
         store.forget(out, sequence)
 
 
@@ -157,17 +155,11 @@ def _sequences_table(outcomes: list[Outcome]) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
-def _config_yaml(configs: Mapping[str, EstimatorConfig], hand: Any, obj: Any, topics: Any) -> str:
+def _config_yaml(configs: Mapping[str, EstimatorConfig], given: Given) -> str:
     """The effective configuration."""
     effective = {
         "version": code_version(),
-        "hand": _named(hand),
-        "object": _named(obj),
-        "topics": None if topics is None else topics.model_dump(mode="json"),
+        **given.described(),
         "methods": {name: config.model_dump(mode="json") for name, config in configs.items()},
     }
     return yaml.safe_dump(effective, sort_keys=False)
-
-
-def _named(model: Any) -> str | None:
-    return None if model is None else str(getattr(model, "name", model))

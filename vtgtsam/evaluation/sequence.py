@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -13,11 +13,12 @@ from ..config import EstimatorConfig
 from ..estimator import PoseEstimator
 from ..exceptions import RecordingError, VtgtsamError
 from ..frame import contact_bits
-from ..recording import Recording, read_recording
+from ..recording import Recording
 from . import store
 from .errors import errors_table
 from .estimates import estimates_table
 from .frames import evaluation_frames
+from .given import Given
 from .phases import turn_phases
 from .resume import sequence_key
 
@@ -31,23 +32,17 @@ class Task:
     Attributes:
         sequence: Its id.
         path: Its recording.
-        configs: Each method's configuration.
         out: The run's folder.
-        hand: Hand to use instead of the recording's, or None.
-        obj: Object to use instead of the recording's, or None.
-        topics: Topic map for a foreign bag, or None.
-        inputs: Digest of the last three.
+        configs: Each method's configuration.
+        given: Hand, object and topic map to use instead of the recording's own.
         code: The caller's ``code_version``.
     """
 
     sequence: str
     path: Path
-    configs: Mapping[str, EstimatorConfig]
     out: Path
-    hand: Any
-    obj: Any
-    topics: Any
-    inputs: str
+    configs: Mapping[str, EstimatorConfig]
+    given: Given
     code: str
 
 
@@ -74,7 +69,7 @@ def evaluate_sequence(task: Task) -> Outcome:
     Whatever goes wrong with this sequence is told in the outcome, so that the others go on.
     """
     try:
-        key = sequence_key(task.path, task.configs, task.inputs, task.code)
+        key = sequence_key(task.path, task.configs, task.given.digest(), task.code)
         about = store.done(task.out, task.sequence, key)
         if about is not None:
             return Outcome(task.sequence, about, reused=True)
@@ -90,7 +85,7 @@ def evaluate_sequence(task: Task) -> Outcome:
 def _evaluate(task: Task, key: str) -> dict[str, Any]:
     from threadpoolctl import threadpool_limits
 
-    recording = read_recording(task.path, hand=task.hand, object=task.obj, topics=task.topics)
+    recording = task.given.read(task.path)
     frames = evaluation_frames(recording)
     if not frames:
         raise RecordingError(
@@ -103,7 +98,8 @@ def _evaluate(task: Task, key: str) -> dict[str, Any]:
         }
         contacts = [contact_bits(frame.contacts, recording.hand.pad_names) for frame in frames]
         phases = turn_phases([frame.T_wh for frame in frames])
-        about = {"key": key, "frames": len(frames)} | _describe(task.sequence, recording)
+        about = _describe(task.sequence, recording, [frame.time for frame in frames])
+        about |= {"key": key, "frames": len(frames)}
         metrics, about["note"] = errors_table(recording, estimates, phases, about)
     store.keep(task.out, task.sequence, estimates_table(estimates, contacts), metrics, about)
     return about
@@ -118,13 +114,25 @@ def _estimators(
     }
 
 
-def _describe(sequence: str, recording: Recording) -> dict[str, Any]:
-    info, T_wc = recording.info, recording.camera_pose
+def _describe(sequence: str, recording: Recording, times: Sequence[float]) -> dict[str, Any]:
+    info = recording.info
     return {
         "sequence": sequence,
         "object": recording.object.name,
         **{name: info.get(name, "") for name in ("dataset", "tracker", "noise_scale")},
         "pads": list(recording.hand.pad_names),
-        "camera_pose": None if T_wc is None else T_wc.matrix().tolist(),
+        "camera_poses": _camera_poses(recording, times),
         "warnings": list(recording.warnings),
     }
+
+
+def _camera_poses(recording: Recording, times: Sequence[float]) -> list[tuple[float, Any]]:
+    """Times from which on the camera has a new pose, and that pose T_wc as rows."""
+    changes: list[tuple[float, Any]] = []
+    for time in times:
+        T_wc = recording.camera_pose_at(time)
+        if T_wc is not None:
+            rows = T_wc.matrix().tolist()
+            if not changes or rows != changes[-1][1]:
+                changes.append((time, rows))
+    return changes

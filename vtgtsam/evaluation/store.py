@@ -20,6 +20,8 @@ SUMMARY = "summary.csv"
 TESTS = "tests.csv"
 CONFIG = "config.yaml"
 
+_TABLES = (METRICS, SEQUENCES, SUMMARY, TESTS, CONFIG)
+
 
 def estimates_path(out: Path, sequence: str) -> Path:
     """One sequence's estimates."""
@@ -53,6 +55,12 @@ def forget(out: Path, sequence: str) -> None:
     """Remove one sequence's results."""
     metrics_path(out, sequence).unlink(missing_ok=True)
     estimates_path(out, sequence).unlink(missing_ok=True)
+
+
+def forget_tables(out: Path) -> None:
+    """Remove what was made from all sequences together."""
+    for name in _TABLES:
+        (out / name).unlink(missing_ok=True)
 
 
 def stored_sequences(out: Path) -> set[str]:

@@ -70,7 +70,9 @@ def wait_until(condition, timeout=60.0):
         time.sleep(0.005)
 
 
-@pytest.mark.parametrize("done", [0, 2])
+@pytest.mark.parametrize(
+    "done", [pytest.param(0, marks=pytest.mark.slow), 2, pytest.param(4, marks=pytest.mark.slow)]
+)
 def test_killed_with_two_workers_the_next_call_finishes_it(grasps, undisturbed, tmp_path, done):
     command = ("vtgtsam.cli", "evaluate", grasps, "--out", tmp_path, "--jobs", 2)
     parts = tmp_path / "metrics"

@@ -68,6 +68,16 @@ def test_tum_lines_are_seconds_metres_and_xyzw(folder, method):
         assert gtsam.Rot3.Quaternion(*quat_wxyz).equals(T_wo.rotation(), 1e-12)
 
 
+def test_a_camera_that_moves_is_where_it_was_last_seen():
+    moved = np.eye(4)
+    moved[0, 3] = 0.5
+    row = {"x": 1.0, "y": 0.0, "z": 0.0, "qx": 0.0, "qy": 0.0, "qz": 0.0, "qw": 1.0}
+    rows = [row | {"time": time} for time in (0.5, 1.0, 1.9, 2.0)]
+    lines = bop_lines(1, 1, [(1.0, np.eye(4)), (2.0, moved)], rows)
+    found = [(line.split(",")[1], float(line.split(",")[5].split()[0])) for line in lines]
+    assert found == [("1", 1000.0), ("2", 1000.0), ("3", 500.0)]  # not known yet at 0.5 s
+
+
 def test_frames_without_a_pose_are_left_out_and_keep_their_number():
     nothing = Estimate(
         time=1.0,
@@ -87,5 +97,7 @@ def test_frames_without_a_pose_are_left_out_and_keep_their_number():
     assert rows[0]["x"] is None
     assert rows[0]["status"] == "waiting"
     assert rows[1]["time_rel"] == 0.5
-    assert [line.split(",")[:3] for line in bop_lines(4, 5, np.eye(4), rows)] == [["4", "1", "5"]]
+    assert [line.split(",")[:3] for line in bop_lines(4, 5, [(0.0, np.eye(4))], rows)] == [
+        ["4", "1", "5"]
+    ]
     assert tum_lines(rows)[1:] == ["1.500000000 0.0 0.0 0.0 0.0 0.0 0.0 1.0\n"]

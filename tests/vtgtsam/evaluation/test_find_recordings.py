@@ -30,6 +30,13 @@ def test_a_folder_given_with_a_slash_or_a_dot_has_its_own_name(tmp_path, monkeyp
     assert list(find_recordings(["."])) == ["bag"]
 
 
+def test_a_link_back_up_is_not_followed(tmp_path):
+    touch(tmp_path / "a" / "0.mcap")
+    (tmp_path / "a" / "up").symlink_to(tmp_path)
+    (tmp_path / "b").symlink_to(tmp_path / "a")
+    assert list(find_recordings([tmp_path])) == ["a__0", "b__0"]
+
+
 def test_two_recordings_of_one_id_are_refused_and_named(tmp_path):
     touch(tmp_path / "x" / "0.mcap", tmp_path / "y" / "0.mcap")
     with pytest.raises(RecordingError, match=r"id '0'.*x/0\.mcap.*y/0\.mcap"):
