@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The benchmarks' command line: ``python -m benchmarks speed``."""
+"""The benchmarks' command line, ``python -m benchmarks``."""
 
 from __future__ import annotations
 
@@ -8,21 +8,62 @@ from typing import Annotated
 
 os.environ.setdefault(
     "OMP_NUM_THREADS", "1"
-)  # before NumPy is loaded: two threads on a busy machine are slower
+)  # before NumPy is loaded: everything here is one thread
 
 import typer
 
 app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False)
 
-Frames = Annotated[int, typer.Option(min=20, help="Frames a solver and problem.")]
+
+@app.command()
+def speed(
+    frames: Annotated[int, typer.Option(min=20, help="Frames a solver and problem.")] = 300,
+) -> None:
+    """Time a frame, taking turns with Theseus on the same core."""
+    from .speed import run
+
+    run(frames)
 
 
 @app.command()
-def speed(frames: Frames = 300) -> None:
-    """Time a frame, alternating with Theseus on the same core."""
-    from . import speed
+def accuracy(
+    frames: Annotated[int, typer.Option(min=20, help="Frames a sequence.")] = 100,
+) -> None:
+    """Compare the solvers with an independent implementation, and their errors with their times."""
+    from .accuracy import run
 
-    speed.run(frames)
+    run(frames)
+
+
+@app.command()
+def scaling(
+    frames: Annotated[int, typer.Option(min=20, help="Frames a solver and problem.")] = 40,
+) -> None:
+    """Vary pads, points, grid resolution and iterations."""
+    from .scaling import run
+
+    run(frames)
+
+
+@app.command()
+def floor(
+    frames: Annotated[int, typer.Option(min=20, help="Frames a problem.")] = 100,
+) -> None:
+    """Count and time the parts of a frame, and compare it with the least it could take."""
+    from .floor import run
+
+    run(frames)
+
+
+@app.command()
+def soak(
+    frames: Annotated[int, typer.Option(min=100, help="Frames in one process.")] = 100_000,
+    solver: Annotated[str, typer.Option(help="lm or fixed-damping.")] = "lm",
+) -> None:
+    """Run long, and watch memory and time."""
+    from .soak import run
+
+    run(frames, solver)
 
 
 @app.callback()

@@ -24,15 +24,17 @@ class Ours:
     Args:
         problem: The problem.
         solver: "lm" or "fixed-damping".
+        obj: The problem's object; made from its grid where not given.
     """
 
-    def __init__(self, problem: Problem, solver: str = "lm") -> None:
+    def __init__(
+        self, problem: Problem, solver: str = "lm", obj: ObjectModel | None = None
+    ) -> None:
         self.name = f"vtgtsam {solver}"
-        self.estimator = PoseEstimator(
-            pad_set(problem),
-            ObjectModel("object", GridSdf(problem.values, problem.lower, problem.upper)),
-            config(problem, solver=solver),
-        )
+        if obj is None:
+            field = GridSdf(problem.values, problem.lower, problem.upper)
+            obj = ObjectModel("object", field)
+        self.estimator = PoseEstimator(pad_set(problem), obj, config(problem, solver=solver))
         self.measurements = measurements(problem)
 
     def solve(self, frame: int, T_start: np.ndarray, batch: int = 1) -> Solved:
