@@ -26,8 +26,9 @@ HOLD_GAIN = 200.0  # [N m/rad], joints that only hold their place (palm, thumb r
 HOLD_DAMPING = 2.0  # [N m s/rad]
 
 # The wrist, a stiff servo that turns the hand.
-WRIST_GAIN = 2000.0  # [N m/rad]: 1 N m of hand and object bend it by 0.03 degrees
+WRIST_GAIN = 5000.0  # [N m/rad]: 1 N m of hand and object bend it by 0.01 degrees
 WRIST_DAMPING = 60.0  # [N m s/rad]
+WRIST_ARMATURE = 0.2  # [kg m^2], about an arm's, so that closing fingers do not shake it
 
 # The course of a sequence; time 0 is where grasp and tracking begin (paper, "Datasets").
 REST = 1.0  # [s], before time 0: the object comes to rest on the palm
@@ -55,4 +56,5 @@ MAX_MASS = 0.5  # [kg]
 # A grasp is accepted where it holds.
 MAX_REST_SPEED = 0.02  # [m/s], of the object when the grasp begins and when the turn begins
 MAX_SLIP = 0.03  # [m], of the object in the hand from before the turn to the end
-MIN_PADS = 2  # an object on one pad lies there and is not grasped
+MIN_PADS = 2  # touched in all
+MIN_FINGER_PADS = 1  # touched on fingers and thumb: what only lies on the palm is not grasped

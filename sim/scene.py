@@ -67,7 +67,9 @@ def _light(scene: mujoco.MjSpec) -> None:
 def _add_hand(scene: mujoco.MjSpec, description: GraspDescription, hand: HandModel) -> None:
     wrist = scene.worldbody.add_body(name=WRIST, quat=_quat(description.palm.level()))
     across = np.cross(description.palm.normal, description.palm.fingers)
-    wrist.add_joint(name=WRIST, axis=-across)  # a positive angle lifts the fingers
+    wrist.add_joint(
+        name=WRIST, axis=-across, armature=c.WRIST_ARMATURE
+    )  # a positive angle lifts the fingers
     _add_servo(scene, WRIST, c.WRIST_GAIN, c.WRIST_DAMPING, np.inf)
     if description.forearm is not None:
         ends = [*description.forearm.start, *description.forearm.end]

@@ -129,9 +129,8 @@ def _check_rest(world: World) -> None:
 
 
 def _check_grasp(world: World) -> None:
-    force, _ = world.touch()
-    if np.count_nonzero(force) < c.MIN_PADS:
-        raise Rejected(f"touches fewer than {c.MIN_PADS} pads when the hand has closed")
+    if not _grasped(world):
+        raise Rejected("is not grasped when the hand has closed")
     if world.object_speed() > c.MAX_REST_SPEED:
         raise Rejected("still moves when the hand has closed")
 
@@ -141,5 +140,12 @@ def _check_hold(world: World, T_ho: np.ndarray) -> None:
     center = np.append(world.obj.center, 1.0)
     if np.linalg.norm((now - T_ho) @ center) > c.MAX_SLIP:
         raise Rejected("slips while the hand turns")
-    if np.count_nonzero(world.touch()[0]) < c.MIN_PADS:
-        raise Rejected(f"touches fewer than {c.MIN_PADS} pads after the turn")
+    if not _grasped(world):
+        raise Rejected("is no longer grasped after the turn")
+
+
+def _grasped(world: World) -> bool:
+    touched = world.touch()[0] > 0.0
+    return bool(
+        np.sum(touched) >= c.MIN_PADS and np.sum(touched[world.on_fingers]) >= c.MIN_FINGER_PADS
+    )

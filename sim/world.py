@@ -23,6 +23,7 @@ class World:
         data: Its state now. ``refresh`` before its contacts or body poses are read.
         start: Angles of the open hand [rad], shape (J,).
         limits: Lower and upper limit of each joint [rad], shape (J, 2).
+        on_fingers: Whether each pad moves when the hand closes, shape (K,).
     """
 
     def __init__(self, description: GraspDescription, hand: HandModel, obj: ObjectModel) -> None:
@@ -37,7 +38,18 @@ class World:
         self.start = np.array([description.start.get(name, 0.0) for name in hand.joint_names])
         limited = hand.model.jnt_limited.astype(bool)[:, None]
         self.limits = np.where(limited, hand.model.jnt_range, (-np.pi, np.pi))
+        self.on_fingers = np.array([self._closes(pad) for pad in hand.pad_bodies])
         self._index()
+
+    def _closes(self, body: int) -> bool:
+        """Whether a joint that closes the hand lies between its root and a body of the hand."""
+        model, closing = self.hand.model, self.description.ranks()
+        while body:
+            first, count = model.body_jntadr[body], model.body_jntnum[body]
+            if any(self.hand.joint_names[j] in closing for j in range(first, first + count)):
+                return True
+            body = model.body_parentid[body]
+        return False
 
     def _index(self) -> None:
         """Where in MuJoCo's arrays joints, servos and pads are."""

@@ -55,6 +55,7 @@ class HandModel(PadSet):
         model: The MuJoCo model of the hand alone, frame h at the world's origin.
         joint_names: Names of the joints, in the model's order.
         coupled_joints: Those that the file makes follow another joint (mimic).
+        pad_bodies: Id in the model of the body that each pad is fixed to, shape (K,).
         source: Path of the file, or None where the hand came from text.
         xml: The hand as MJCF text that needs no other file.
     """
@@ -75,7 +76,7 @@ class HandModel(PadSet):
         self.source: Path | None = None
         self.xml = xml
         self.joint_names = tuple(model.joint(i).name for i in range(model.njnt))
-        self._bodies = np.array([box.body for box in boxes])
+        self.pad_bodies = np.array([box.body for box in boxes])
         self._T_bp = np.array([box.T_bp for box in boxes])
         self._couplings = _couplings(model)
         self.coupled_joints = tuple(self._couplings)
@@ -131,8 +132,8 @@ class HandModel(PadSet):
         self._data.qpos[:] = self.joint_array(joints)  # hinges and slides only: one number each
         mujoco.mj_kinematics(self.model, self._data)
         T_hb = np.zeros((len(self.pads), 4, 4))
-        T_hb[:, :3, :3] = self._data.xmat[self._bodies].reshape(-1, 3, 3)
-        T_hb[:, :3, 3] = self._data.xpos[self._bodies]
+        T_hb[:, :3, :3] = self._data.xmat[self.pad_bodies].reshape(-1, 3, 3)
+        T_hb[:, :3, 3] = self._data.xpos[self.pad_bodies]
         T_hb[:, 3, 3] = 1.0
         T_hp: np.ndarray = T_hb @ self._T_bp
         return T_hp if T_wh is None else np.matmul(_matrix(T_wh), T_hp)

@@ -14,5 +14,6 @@ def shorten(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(constants, "TURN_END", 0.25)
     monkeypatch.setattr(constants, "DURATION", 0.3)
     monkeypatch.setattr(constants, "MIN_PADS", 0)
+    monkeypatch.setattr(constants, "MIN_FINGER_PADS", 0)
     monkeypatch.setattr(constants, "MAX_SLIP", 1.0)
     monkeypatch.setattr(constants, "MAX_REST_SPEED", 1.0)

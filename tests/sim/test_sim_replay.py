@@ -31,6 +31,6 @@ def test_a_replay_shows_hand_and_object_where_they_were(monkeypatch):
             np.testing.assert_allclose(shown.xpos, T[:3, 3], atol=1e-9)
         pads = hand.pad_transforms(trajectory.joints[k], trajectory.T_wh[k])
         for name, T_wp in zip(hand.pad_names, pads, strict=True):
-            geom = replay.data.geom(f"hand/{name} contact")
-            np.testing.assert_allclose(geom.xmat.reshape(3, 3), T_wp[:3, :3], atol=1e-9)
+            site = replay.data.site(f"hand/{name}")
+            np.testing.assert_allclose(site.xmat.reshape(3, 3), T_wp[:3, :3], atol=1e-9)
     assert trajectory.joints.shape[1] == pytest.approx(len(hand.joint_names))
