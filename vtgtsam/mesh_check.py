@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .exceptions import MeshError
-from .meshes import check_size, outward, read_mesh
+from .mesh_orientation import outward
+from .meshes import check_size, read_mesh
 from .sdf.build import build_sdf
 
 if TYPE_CHECKING:

@@ -16,7 +16,6 @@ if TYPE_CHECKING:
 
 LARGEST_EXTENT = 2.0  # [m], nothing that a hand holds is larger
 SMALLEST_EXTENT = 1e-3  # [m]
-SMALLEST_VOLUME = 1e-6  # of the cube of the longest extent: a sheet of paper has 2e-4
 
 
 def read_mesh(path: str | Path) -> trimesh.Trimesh:
@@ -80,50 +79,6 @@ def check_size(vertices: np.ndarray, name: str = "the mesh") -> None:
             f"{name} is {longest:.2g} m long, less than {SMALLEST_EXTENT:g} m: it is not in "
             "metres; load it with the scale that makes it metres"
         )
-
-
-def outward(vertices: np.ndarray, faces: np.ndarray) -> tuple[trimesh.Trimesh, bool, list[str]]:
-    """The mesh with merged vertices and faces that look out, and what was wrong with it.
-
-    Returns:
-        The mesh; whether it is closed: every edge joins two faces that agree about which side is out;
-        one sentence for each problem.
-
-    Raises:
-        MeshError: The mesh has no volume.
-    """
-    import igl
-
-    mesh = merged(vertices, faces)
-    problems = []
-    if not mesh.is_watertight:
-        problems.append(
-            "the mesh is not watertight: its distance field is closed across the holes as the "
-            "winding number sees them; close the holes in a mesh editor if it looks wrong"
-        )
-    if not mesh.is_winding_consistent:
-        problems.append(
-            "neighbouring faces of the mesh disagree about which side is out; they were turned to "
-            "agree; recalculate the normals in a mesh editor if the result looks wrong"
-        )
-        mesh.faces = igl.bfs_orient(np.asarray(mesh.faces, dtype=np.int64))[0]
-    volume = _volume(mesh)
-    if abs(volume) < SMALLEST_VOLUME * mesh.extents.max() ** 3:
-        raise MeshError(
-            "the mesh has no volume: it is flat or its faces cancel out; give it a thickness, or "
-            "recalculate its normals in a mesh editor"
-        )
-    if volume < 0:
-        problems.append("the faces of the mesh look inwards; they were turned")
-        mesh.faces = np.asarray(mesh.faces)[:, ::-1]
-    return mesh, bool(mesh.is_watertight and mesh.is_winding_consistent), problems
-
-
-def _volume(mesh: trimesh.Trimesh) -> float:
-    """Signed volume [m^3], as if the centre of the bounding box closed the holes."""
-    corners = np.asarray(mesh.triangles) - mesh.bounds.mean(axis=0)
-    crossed = np.cross(corners[:, 1], corners[:, 2])
-    return float((corners[:, 0] * crossed).sum() / 6)
 
 
 def sha256_of(vertices: np.ndarray, faces: np.ndarray) -> str:

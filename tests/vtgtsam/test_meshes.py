@@ -5,7 +5,7 @@ import trimesh
 from PIL import Image
 
 from vtgtsam.exceptions import MeshError
-from vtgtsam.meshes import outward, read_mesh, sha256_of
+from vtgtsam.meshes import read_mesh, sha256_of
 from vtgtsam.shapes import CATALOGUE
 
 
@@ -77,25 +77,3 @@ def test_hash_depends_on_the_geometry_alone(tmp_path):
     assert sha256_of(again.vertices, again.faces) == sha256_of(mesh.vertices, mesh.faces)
     moved = mesh.copy().apply_translation([1e-6, 0, 0])
     assert sha256_of(moved.vertices, moved.faces) != sha256_of(mesh.vertices, mesh.faces)
-
-
-def test_closed_mesh_is_left_as_it_is():
-    mesh = CATALOGUE["drill"].mesh()
-    same, closed, problems = outward(mesh.vertices, mesh.faces)
-    assert closed and problems == []
-    assert same.volume == pytest.approx(mesh.volume)
-
-
-def test_cavity_keeps_its_inward_faces():
-    cavity = trimesh.creation.icosphere(subdivisions=2, radius=0.02)
-    cavity.invert()
-    hollow = trimesh.util.concatenate([trimesh.creation.icosphere(2, 0.03), cavity])
-    same, closed, problems = outward(hollow.vertices, hollow.faces)
-    assert closed and problems == []
-    assert same.volume == pytest.approx(hollow.volume)
-
-
-def test_two_sheets_that_cancel_out_have_no_volume():
-    corners = [[0, 0, 0], [0.1, 0, 0], [0.1, 0.1, 0], [0, 0.1, 0]]
-    with pytest.raises(MeshError, match="no volume"):
-        outward(np.array(corners), np.array([[0, 1, 2], [0, 2, 3], [0, 2, 1], [0, 3, 2]]))

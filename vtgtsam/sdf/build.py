@@ -16,13 +16,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..cache import cached_arrays
-from ..meshes import check_geometry, check_size, outward, read_mesh, sha256_of
+from ..mesh_orientation import outward
+from ..meshes import check_geometry, check_size, read_mesh, sha256_of
 from .grid import GridSdf
 
 if TYPE_CHECKING:
     import trimesh
 
-VERSION = 2  # of what is cached; raised when the same mesh would give other values
+VERSION = 3  # of what is cached; raised when the same mesh would give other values
 
 
 def build_sdf(
@@ -47,6 +48,8 @@ def build_sdf(
         raise ValueError(f"margin must be a fraction of the mesh's extent, 0 or more, got {margin}")
     if isinstance(mesh, str | Path):
         mesh = read_mesh(mesh)
+    if not hasattr(mesh, "faces"):
+        raise ValueError(f"mesh must be a trimesh.Trimesh or a path, got {type(mesh).__name__}")
     vertices, faces = np.asarray(mesh.vertices), np.asarray(mesh.faces)
     check_geometry(vertices, faces)
     check_size(vertices)

@@ -19,6 +19,7 @@ from ..compiled import compiled
 # works in single precision: so close to the threshold or to the surface the exact one decides.
 DOUBTFUL = 0.02
 NEAR = 1e-5  # of the mesh's extent
+AT_ONCE = 4_000_000  # nodes, 200 MB
 
 
 def inside_grid(
@@ -33,13 +34,14 @@ def inside_grid(
         distances: Of the nodes to the surface [m], shape (n, n, n).
         closed: Whether every edge joins two triangles that agree about which side is out.
     """
-    nodes = np.arange(distances.size)
+    nodes = np.arange(distances.size, dtype=np.int32)
     if closed:
         region = _regions(distances, ticks[1] - ticks[0])
-        nodes = np.flatnonzero(region == nodes)
-    points = ticks[np.column_stack(np.unravel_index(nodes, distances.shape))]
+        nodes = nodes[region == nodes]
     inside = np.zeros(distances.size, dtype=bool)
-    inside[nodes] = _inside(vertices, faces, points, distances.ravel()[nodes])
+    for some in np.array_split(nodes, -(-len(nodes) // AT_ONCE)):
+        points = ticks[np.column_stack(np.unravel_index(some, distances.shape))]
+        inside[some] = _inside(vertices, faces, points, distances.ravel()[some])
     return (inside[region] if closed else inside).reshape(distances.shape)
 
 

@@ -60,23 +60,24 @@ def fill_blocks(tree: Any, ticks: Any, start: int, out: Any, rows: Any, gaps: An
     Writes ``out`` (up to BLOCK, n, n); ``rows`` (GROUPS, 24, 8) is scratch.
     """
     stack, bounds = np.empty(STACK, np.int64), np.empty(STACK)
-    half = (BLOCK - 1) / 2 * (ticks[1] - ticks[0])
-    slot, layer = 0, len(out)
-    for j in range(0, len(ticks), BLOCK):
-        for k in range(0, len(ticks), BLOCK):
-            # At the upper ends the block reaches over the grid.
-            x, y, z = ticks[start] + half, ticks[j] + half, ticks[k] + half
-            count, slot = _candidates(tree, x, y, z, half, slot, stack, rows, gaps)
-            groups = (count + WIDTH - 1) // WIDTH
-            for i in range(layer):
-                for jj in range(j, min(j + BLOCK, len(ticks))):
-                    for kk in range(k, min(k + BLOCK, len(ticks))):
-                        x, y, z = ticks[start + i], ticks[jj], ticks[kk]
-                        if groups <= GROUPS:
-                            squared = _least(rows, groups, x, y, z, gaps)
-                        else:
-                            squared, slot = _nearest(tree, x, y, z, slot, stack, bounds, gaps)
-                        out[i, jj, kk] = np.sqrt(squared)
+    nodes, half = len(ticks), (BLOCK - 1) / 2 * (ticks[1] - ticks[0])
+    blocks, slot = (nodes + BLOCK - 1) // BLOCK, 0
+    for block in range(blocks * blocks):
+        j, k = block // blocks * BLOCK, block % blocks * BLOCK
+        # At the upper ends the block reaches over the grid.
+        x, y, z = ticks[start] + half, ticks[j] + half, ticks[k] + half
+        count, slot = _candidates(tree, x, y, z, half, slot, stack, rows, gaps)
+        groups = (count + WIDTH - 1) // WIDTH
+        for node in range(len(out) * BLOCK * BLOCK):
+            i, jj, kk = node // BLOCK**2, j + node // BLOCK % BLOCK, k + node % BLOCK
+            if jj >= nodes or kk >= nodes:
+                continue
+            x, y, z = ticks[start + i], ticks[jj], ticks[kk]
+            if groups <= GROUPS:
+                squared = _least(rows, groups, x, y, z, gaps)
+            else:
+                squared, slot = _nearest(tree, x, y, z, slot, stack, bounds, gaps)
+            out[i, jj, kk] = np.sqrt(squared)
 
 
 @compiled

@@ -162,6 +162,71 @@ def test_faces_that_disagree_are_turned_with_a_warning():
     np.testing.assert_allclose(sdf.values, right.values, atol=1e-9)
 
 
+def test_one_of_two_parts_that_looks_inwards_is_turned_with_a_warning():
+    mesh = two_balls()
+    faces = np.array(mesh.faces)
+    half = len(faces) // 2
+    faces[:half] = faces[:half, ::-1]
+    with pytest.warns(UserWarning, match="1 of the mesh's parts"):
+        sdf = build_sdf(trimesh.Trimesh(mesh.vertices, faces, process=False), resolution=24)
+    np.testing.assert_allclose(sdf.values, build_sdf(mesh, resolution=24).values, atol=1e-9)
+
+
+def test_hollow_ball_turned_inside_out_keeps_its_cavity():
+    right = hollow_ball()
+    turned = right.copy()
+    turned.invert()
+    with pytest.warns(UserWarning, match="look inwards"):
+        sdf = build_sdf(turned, resolution=24)
+    np.testing.assert_array_equal(sdf.values, build_sdf(right, resolution=24).values)
+    assert sdf.value([[0.0, 0.0, 0.0]])[0] > 0.015
+
+
+def box_of_loose_sides():
+    """Six sides that do not touch, each of it slightly bent so that alone it seems to hold a volume."""
+    box = trimesh.creation.box(extents=[0.1, 0.06, 0.04]).subdivide().subdivide()
+    sides = []
+    for axis, sign in np.ndindex(3, 2):
+        normal = (2 * sign - 1) * np.eye(3)[axis]
+        side = box.copy()
+        side.update_faces(box.face_normals @ normal > 0.9)
+        side.remove_unreferenced_vertices()
+        middle = side.vertices - side.vertices.mean(axis=0)
+        bend = 0.002 * np.cos(np.linalg.norm(middle, axis=1) / 0.02)
+        side.vertices += (1e-4 - bend[:, None] * (-1) ** sign) * normal
+        sides.append(side)
+    return trimesh.util.concatenate(sides)
+
+
+def test_loose_sides_keep_the_orientation_they_share():
+    box = box_of_loose_sides()
+    assert box.body_count == 6
+    for faces in (box.faces, box.faces[:, ::-1]):
+        with pytest.warns(UserWarning, match="not watertight"):
+            sdf = build_sdf(trimesh.Trimesh(box.vertices, faces, process=False), resolution=24)
+        assert_exact_at_all_nodes(sdf, box)
+
+
+def test_parts_that_are_mixed_up_are_each_turned_outwards():
+    mesh = two_balls()
+    faces = np.array(mesh.faces)
+    flipped = np.random.default_rng(1).random(len(faces)) < 0.7
+    faces[flipped] = faces[flipped, ::-1]
+    mixed = trimesh.Trimesh(mesh.vertices, faces, process=False)
+    with pytest.warns(UserWarning, match="disagree"):
+        sdf = build_sdf(mixed, resolution=24)
+    np.testing.assert_allclose(sdf.values, build_sdf(mesh, resolution=24).values, atol=1e-9)
+
+
+def test_open_mesh_is_asked_node_by_node_however_many_there_are(monkeypatch):
+    with pytest.warns(UserWarning):
+        whole = build_sdf(ball_without_a_cap(), resolution=20)
+    monkeypatch.setattr("vtgtsam.sdf.sign.AT_ONCE", 999)
+    with pytest.warns(UserWarning):
+        in_parts = build_sdf(ball_without_a_cap(), resolution=20, margin=0.1 + 1e-15)
+    np.testing.assert_allclose(in_parts.values, whole.values, atol=1e-9)
+
+
 def test_seams_where_vertices_are_double_are_closed():
     mesh = CATALOGUE["ball"].mesh()
     torn = trimesh.Trimesh(
@@ -195,6 +260,8 @@ def test_arguments_that_make_no_sense_are_refused():
     for resolution in (1, 0, 12.5):
         with pytest.raises(ValueError, match="resolution"):
             build_sdf(ball, resolution=resolution)
+    with pytest.raises(ValueError, match="Scene"):
+        build_sdf(trimesh.Scene())
     for margin in (-0.1, np.nan):
         with pytest.raises(ValueError, match="margin"):
             build_sdf(ball, margin=margin)
