@@ -152,10 +152,13 @@ def test_a_start_that_leads_to_no_grasp_is_rejected_with_its_reason(world, shift
         simulate(world, T_wo)
 
 
-def test_an_object_too_thin_to_be_grasped_is_rejected():
-    world = world_with(trimesh.creation.box((0.01, 0.01, 0.004)))
+def test_an_object_that_only_lies_on_the_palm_is_not_grasped():
+    mesh = trimesh.creation.box((0.05, 0.06, 0.045))
+    limp = load_description().model_copy(update={"fingers": (), "thumb": ()})
+    obj = ObjectModel("test", build_sdf(mesh, 16), mesh)
+    world = World(limp, limp.load_hand(), obj)
     with pytest.raises(Rejected, match="is not grasped when the hand has closed"):
-        simulate(world, above_palm(world.description, world.obj.mesh, np.eye(3)))
+        simulate(world, above_palm(limp, mesh, np.eye(3)))
 
 
 def test_reasons_are_kept_in_order_and_counted_when_no_sample_is_accepted(world, monkeypatch):
