@@ -21,7 +21,7 @@ from functools import partial
 from pathlib import Path
 from typing import Protocol
 
-from vtgtsam.evaluation.atomic import remove_leftovers, replacing, write_text
+from vtgtsam.evaluation.atomic import replacing, write_text
 from vtgtsam.evaluation.engine import run_tasks
 from vtgtsam.evaluation.resume import code_version
 from vtgtsam.exceptions import VtgtsamError
@@ -158,7 +158,6 @@ def _claim(folder: Path, settings: Settings, noise_scales: Sequence[float]) -> N
                 f"{folder} was made with {'; '.join(changed)}: "
                 "give another --out, or the settings it was made with"
             )
-    remove_leftovers(folder)
     write_text(file, json.dumps(about | {"code": code}, indent=2) + "\n")
 
 
@@ -201,15 +200,14 @@ def _make(
 ) -> Outcome:
     if unusable[name.object]:
         return Outcome(name, problem=unusable[name.object])  # may be mended, so nothing is kept
+    files = {scale: recording_path(folder, name, scale, noise_scales) for scale in noise_scales}
+    for path in files.values():  # what a killed run left; other runs may be at other sequences
+        for leftover in path.parent.glob(f".{path.name}.*"):
+            leftover.unlink(missing_ok=True)
     try:
         with ExitStack() as stack:
-            files = {
-                scale: stack.enter_context(
-                    replacing(recording_path(folder, name, scale, noise_scales))
-                )
-                for scale in noise_scales
-            }
-            outcome = Outcome(name, make_sequence(settings, name, files))
+            parts = {scale: stack.enter_context(replacing(path)) for scale, path in files.items()}
+            outcome = Outcome(name, make_sequence(settings, name, parts))
     except NotGraspable as error:
         outcome = Outcome(name, error.rejections, str(error))
     kept = {"rejections": outcome.rejections, "problem": outcome.problem}

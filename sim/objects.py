@@ -15,7 +15,13 @@ BUILT_IN = (
     "can", "tuna_can", "meat_can", "pudding_box", "gelatin_box", "bottle", "banana", "apple", "lemon",
     "pear", "orange", "mug", "cup", "brick", "baseball", "cube", "padlock",
 )  # fmt: skip
-YCB: tuple[str, ...] = ()
+# The same of the YCB set: 17 that it holds in at least 2 of 12 random orientations, of all kinds.
+YCB = (
+    "005_tomato_soup_can", "006_mustard_bottle", "007_tuna_fish_can", "009_gelatin_box",
+    "010_potted_meat_can", "011_banana", "013_apple", "017_orange", "026_sponge", "038_padlock",
+    "040_large_marker", "043_phillips_screwdriver", "055_baseball", "056_tennis_ball", "058_golf_ball",
+    "073-a_lego_duplo", "077_rubiks_cube",
+)  # fmt: skip
 _SUFFIXES = (".obj", ".ply", ".stl")
 
 

@@ -223,8 +223,14 @@ def test_a_run_killed_in_the_middle_of_a_sequence_goes_on_and_gives_the_same_fil
     with pytest.raises(KeyboardInterrupt):
         run(tmp_path / "killed")
     assert [p.name for p in (tmp_path / "killed").rglob("*.mcap")] == ["gelatin_box_0.mcap"]
+    folder = tmp_path / "killed" / "vary"
+    (folder / ".gelatin_box_1.mcap.123.tmp").write_text(
+        "left by a process that had no time to clean up"
+    )
+    (folder / ".can_0.mcap.124.tmp").write_text("another run is at this one")
     outcomes = run(tmp_path / "killed")
     assert [outcome.reused for outcome in outcomes] == [True, False]
+    assert [p.name for p in folder.glob("*.tmp")] == [".can_0.mcap.124.tmp"]
     assert {p.name: p.read_bytes() for p in (tmp_path / "killed").rglob("*.mcap")} == whole
 
 
