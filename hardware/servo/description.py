@@ -87,6 +87,7 @@ class HandDescription(_Model):
         watchdog: A servo stops by itself when it hears nothing for so long [s].
         max_step: Largest distance of a command from where the joint is [rad].
         max_speed: Speed to which the servos limit themselves [rad/s].
+        patience: How long a cycle waits for answers beyond their time on the line [s].
         check_clocks: Whether an answer is refused that by the servo's own clock was made before the
             question, or after a restart.
         joints: The joints, in the order of the hand's model.
@@ -99,6 +100,7 @@ class HandDescription(_Model):
     watchdog: float = Field(default=0.2, ge=0.04, le=2.54)
     max_step: float = Field(default=0.35, gt=0, le=1.0)
     max_speed: float = Field(default=5.5, gt=0, le=10.8)
+    patience: float = Field(default=0.012, gt=0, le=0.1)
     check_clocks: bool = True
     joints: tuple[Joint, ...] = Field(min_length=1)
     pads: PadWiring | None = None

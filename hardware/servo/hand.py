@@ -123,7 +123,7 @@ class Hand:
         """
         with self._lock:
             try:
-                read = self.bus.sync_read(self._ids, STATE)
+                read = self.bus.sync_read(self._ids, STATE, self.description.patience)
             except BusError:
                 if not self._torque_known_off:
                     self.off()

@@ -31,7 +31,7 @@ PORT_ERRORS = (OSError, termios.error)
 
 QUIET = 0.010  # [s], a line this long without a byte has nothing more to say
 _POLL = 0.002  # [s], longest time a read blocks before the deadline is looked at
-_WRITE_TIMEOUT = 0.1  # [s]
+_WRITE_TIMEOUT = 1.0  # [s], pyserial counts the time it is kept from running as well
 _SLOW = 0.002  # [s], an adapter that keeps bytes back for longer costs cycles
 _BABBLE = 0.1  # [s], how long bytes that never end may go on after the deadline
 

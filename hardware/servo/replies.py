@@ -43,4 +43,4 @@ def in_order(arrived: Sequence[Reply], asked: Sequence[int]) -> dict[int, Reply]
         if turn[reply.servo_id] < earliest:
             earliest = turn[reply.servo_id]
             replies[reply.servo_id] = reply
-    return replies
+    return {i: replies[i] for i in asked if i in replies}

@@ -102,12 +102,7 @@ def configure(bus: Bus, description: HandDescription) -> None:
     refuse_hardware_errors(bus, ids)
     wanted = settings(description)
     for name, counts in wanted.items():
-        for servo_id, count in read_all(bus, ids, name).items():
-            if count != counts[servo_id]:
-                bus.write(servo_id, name, counts[servo_id])
-                if register(name).eeprom:
-                    change = f"{name} was {count}, now {counts[servo_id]}"
-                    log.warning("%s: %s, also after power off", bus.label(servo_id), change)
+        _settle(bus, name, read_all(bus, ids, name), counts)
     for name, counts in wanted.items():
         _see(bus, name, read_all(bus, ids, name), counts)
 
@@ -143,6 +138,16 @@ def read_all(bus: Bus, ids: Sequence[int], name: str) -> dict[int, int]:
         if servo_id not in counts:
             counts[servo_id] = bus.read(servo_id, name)
     return counts
+
+
+def _settle(bus: Bus, name: str, present: Mapping[int, int], wanted: Mapping[int, int]) -> None:
+    """Write what differs; changes that outlive the power are logged."""
+    changed = [i for i, count in present.items() if count != wanted[i]]
+    for servo_id in changed:
+        bus.write(servo_id, name, wanted[servo_id])
+    if changed and register(name).eeprom:
+        changes = ", ".join(f"{bus.label(i)} {present[i]} -> {wanted[i]}" for i in changed)
+        log.warning("changed %s, also after power off: %s", name, changes)
 
 
 def _see(bus: Bus, name: str, present: Mapping[int, int], wanted: Mapping[int, int]) -> None:

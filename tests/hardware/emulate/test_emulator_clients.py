@@ -104,7 +104,7 @@ def test_rustypot_reads_what_the_servos_hold(line, rusty):
 def test_our_bus_reads_what_the_servos_hold(line):
     with Bus(line.path, BAUD) as bus:
         for name in XL330:
-            assert [bus.read(i, name) for i in IDS] == truth(line, name), name
+            assert [bus.read(i, name, attempts=20) for i in IDS] == truth(line, name), name
         answers = next(a for _ in range(20) if len(a := bus.sync_read(IDS, MOTION).answers) == 4)
     for name in MOTION.names:
         assert [answers[i].values[name] for i in IDS] == truth(line, name)
@@ -158,7 +158,8 @@ def test_all_clients_find_the_servos(line, sdk_client):
 
 
 def test_rustypot_finds_the_servos_and_sees_alerts(line, rusty):
-    assert rusty.scan([*IDS, 99]) == dict.fromkeys(IDS, MODEL)
+    found = next(f for _ in range(20) if len(f := rusty.scan([*IDS, 99])) == len(IDS))
+    assert found == dict.fromkeys(IDS, MODEL)
     line.servos[21].fail(1 << 5)
     _, error = rusty.read_register_with_error(21, "present_temperature")
     assert error == 0x80

@@ -10,8 +10,9 @@ from hardware.servo.hand import Hand
 
 @pytest.fixture
 def description():
-    # A loaded test machine may pause for longer than the 0.2 s of a real hand's watchdog.
-    return load_description("isyhand").model_copy(update={"watchdog": 2.0})
+    # A loaded test machine may pause for longer than a real hand's watchdog and cycle allow.
+    relaxed = {"watchdog": 2.0, "patience": 0.1}
+    return load_description("isyhand").model_copy(update=relaxed)
 
 
 @pytest.fixture

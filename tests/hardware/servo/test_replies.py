@@ -27,7 +27,7 @@ def test_a_packet_too_short_for_a_status_is_none():
 
 
 def test_replies_in_turn_all_count():
-    assert list(in_order(replies(1, 2, 3), [1, 2, 3])) == [3, 2, 1]
+    assert list(in_order(replies(1, 2, 3), [1, 2, 3])) == [1, 2, 3]
 
 
 def test_a_missing_reply_hides_no_other():

@@ -99,7 +99,9 @@ class TestConfigure:
         assert not servo.torque
         for name in ("drive_mode", "homing_offset", "bus_watchdog", "position_i_gain"):
             assert servo.get(name) == 0, name
-        assert "index_proximal (servo 13): homing_offset was 100, now 0" in caplog.text
+        assert (
+            "homing_offset, also after power off: index_proximal (servo 13) 100 -> 0" in caplog.text
+        )
 
     def test_a_value_that_does_not_stay_is_named(self, description, line):
         servo = line.servos[13]
@@ -340,7 +342,7 @@ class TestTrouble:
         assert all_off(line)
 
     def test_a_servo_that_stays_silent_is_named_after_five_cycles(self, hand, line):
-        cycles(hand)
+        fresh(hand)
         line.faults.silent = {33}
         for _ in range(4):
             hand.state()
