@@ -11,13 +11,15 @@ import logging
 import os
 import sys
 import tempfile
-import zipfile
 from collections.abc import Callable, Mapping
 from pathlib import Path
+from zipfile import BadZipFile
 
 import numpy as np
 
 logger = logging.getLogger(__name__)
+
+NAMES = "names of the arrays"  # what else the file must hold: a damaged archive may lose some
 
 
 def cache_directory() -> Path:
@@ -58,13 +60,16 @@ def cached_arrays(
 
 def _read(path: Path) -> dict[str, np.ndarray] | None:
     try:
-        with np.load(path, allow_pickle=False) as arrays:
-            return {name: arrays[name] for name in arrays.files}
-    except FileNotFoundError:
+        with np.load(path, allow_pickle=False) as archive:
+            found = {name: archive[name] for name in archive.files}
+        if found.pop(NAMES).tolist() != sorted(found):
+            raise ValueError("an array is missing")
+    except (FileNotFoundError, NotADirectoryError):
         return None
-    except (OSError, ValueError, EOFError, KeyError, zipfile.BadZipFile) as error:
+    except (OSError, ValueError, EOFError, KeyError, NotImplementedError, BadZipFile) as error:
         logger.warning("%s is damaged (%s) and is made anew", path, error)
         return None
+    return found
 
 
 def _write(path: Path, arrays: Mapping[str, np.ndarray]) -> None:
@@ -73,7 +78,7 @@ def _write(path: Path, arrays: Mapping[str, np.ndarray]) -> None:
         handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=".", suffix=".part")
         try:
             with os.fdopen(handle, "wb") as file:
-                np.savez(file, **arrays)  # type: ignore[arg-type]
+                np.savez(file, **arrays, **{NAMES: np.array(sorted(arrays), dtype=str)})  # type: ignore[arg-type]
             os.replace(temporary, path)
         except BaseException:
             Path(temporary).unlink(missing_ok=True)
