@@ -63,11 +63,19 @@ class EstimatorConfig(BaseModel):
 
     @classmethod
     def tuned(cls, **overrides: Any) -> EstimatorConfig:
-        """Our settings: radians and metres weighted apart, and a lost estimate starts again from vision."""
+        """Our settings: each weight is 1 / sigma^2 of an error a robot really has, each theta a number of sigmas.
+
+        So radians and metres are weighed apart, ``Measurement.visual_sigma`` is on the same scale, and the
+        covariance is one in rad and m. A lost estimate starts again from vision.
+        """
         preset: dict[str, Any] = {
-            "w_vis": VisualWeight(rotation=0.01, translation=1.0),
-            "w_tac": 10.0,
-            "w_pen": 10.0,
+            "w_vis": VisualWeight(rotation=1 / 0.03**2, translation=1 / 0.003**2),
+            "w_tac": 1
+            / 0.002**2,  # soft pads, joint zeros, and an object that is not quite its mesh
+            "w_pen": 1 / 0.001**2,
+            "log_theta_vis": 5.0,  # 12 sigmas: 21 degrees or 37 mm
+            "log_theta_tac": 2.0,  # 2.7 sigmas: a contact farther than 5 mm from the object is false
+            "damping": 100.0,  # a thousandth of the visual translation weight
             "recover": True,
         }
         return cls(**(preset | overrides))

@@ -84,7 +84,7 @@ def test_contacts_improve_on_a_wrong_visual_pose():
     gaps = closest.at(gtsam.Pose3()).distances
     T_wp[:, :3, 3] += gaps[:, None] * T_wp[:, :3, 2]  # pads now touch, along their own normals
     seen = gtsam.Pose3(exp_se3(np.array([0.03, -0.03, 0.03, 0.002, -0.002, 0.001])))
-    config = EstimatorConfig.tuned(w_tac=100.0, w_pen=100.0)
+    config = EstimatorConfig.tuned(w_tac=1e7, w_pen=1e7)  # pads known to 0.3 mm
     estimator = PoseEstimator(pads, obj, config)
     for _ in range(10):
         estimate = estimator.update(

@@ -81,8 +81,8 @@ def _check_sigmas(noise: gtsam.noiseModel.Base) -> None:
         raise FactorError(f"the noise model's sigmas must be finite and positive, got {sigmas}")
 
 
-def _checked_residual(residual: Any, rows: int) -> np.ndarray:
-    residual = np.asarray(residual, dtype=np.float64)
+def _checked_residual(returned: Any, rows: int) -> np.ndarray:
+    residual: np.ndarray = np.asarray(returned, dtype=np.float64)
     if residual.shape != (rows,):
         raise FactorError(
             f"the callback must return a residual of shape ({rows},), the noise model's dimension, "
@@ -93,12 +93,12 @@ def _checked_residual(residual: Any, rows: int) -> np.ndarray:
     return residual
 
 
-def _checked_jacobian(jacobian: Any, rows: int, columns: int, index: int) -> np.ndarray:
-    if jacobian is None:
+def _checked_jacobian(assigned: Any, rows: int, columns: int, index: int) -> np.ndarray:
+    if assigned is None:
         raise FactorError(
             f"the callback left jacobians[{index}] unset; assign jacobians[{index}] = J"
         )
-    jacobian = np.asarray(jacobian, dtype=np.float64)
+    jacobian: np.ndarray = np.asarray(assigned, dtype=np.float64)
     if jacobian.shape != (rows, columns):
         raise FactorError(
             f"jacobians[{index}] must have shape ({rows}, {columns}), got {jacobian.shape}"

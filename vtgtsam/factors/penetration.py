@@ -56,6 +56,6 @@ def penetration_factor(
         residual, jacobian = penetration_residual(contacts.distances, contacts.jacobians)
         if jacobians is not None:
             jacobians[0] = jacobian
-        return residual
+        return residual  # type: ignore[no-any-return]
 
     return checked_factor(noise, [key], error)

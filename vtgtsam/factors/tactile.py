@@ -60,6 +60,6 @@ def tactile_factor(
         residual, jacobian = tactile_residual(contacts.distances, contacts.jacobians, touching)
         if jacobians is not None:
             jacobians[0] = jacobian
-        return residual
+        return residual  # type: ignore[no-any-return]
 
     return checked_factor(noise, [key], error)
