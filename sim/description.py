@@ -9,6 +9,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+import mujoco
 import numpy as np
 import pydantic
 import yaml
@@ -85,16 +86,23 @@ class GraspDescription(_Strict):
         return {j: rank for chain in (*self.fingers, self.thumb) for rank, j in enumerate(chain)}
 
     def check(self, hand: HandModel) -> None:
-        """Refuse names of joints that the hand does not have.
+        """Refuse names of joints that the hand does not have, and closing joints that slide.
 
         Raises:
-            HandError: There are such names; the message lists them.
+            HandError: There are such joints; the message lists them.
         """
         named = {*self.ranks(), *self.start, *self.opens}
         if unknown := sorted(named - set(hand.joint_names)):
             raise HandError(
                 f"the description of hand {hand.name!r} names joints it does not have: "
                 f"{', '.join(unknown)}; it has {', '.join(hand.joint_names)}"
+            )
+        slides = hand.model.jnt_type == mujoco.mjtJoint.mjJNT_SLIDE
+        sliding = {name for name, slide in zip(hand.joint_names, slides, strict=True) if slide}
+        if closing := sorted(sliding & set(self.ranks())):
+            raise HandError(
+                f"the grasp closes hinges, with gains in N m/rad; these joints of hand {hand.name!r} "
+                f"slide: {', '.join(closing)}"
             )
 
 

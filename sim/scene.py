@@ -96,6 +96,7 @@ def _extended_hand(description: GraspDescription, hand: HandModel) -> mujoco.MjS
         for geom in body.geoms:
             if (geom.name or body.name) == box.name:  # a pad that is a geom in its file
                 geom.contype = geom.conaffinity = 0
+                geom.group = CONTACT_ONLY  # not seen either
         _add_hull(spec, f"{box.name} contact", rounded_box(box.size))
         body.add_geom(
             name=f"{box.name} contact",

@@ -47,6 +47,14 @@ def test_joints_that_the_hand_does_not_have_are_listed(tmp_path):
         description.check(description.load_hand())
 
 
+def test_a_joint_that_slides_cannot_close(tmp_path):
+    (tmp_path / "flat.xml").write_text(HAND.replace('name="bend"', 'name="bend" type="slide"'))
+    (tmp_path / "flat.yaml").write_text(YAML)
+    description = load_description(tmp_path / "flat.yaml")
+    with pytest.raises(HandError, match="of hand 'flat' slide: bend"):
+        description.check(description.load_hand())
+
+
 @pytest.mark.parametrize(
     ("old", "new"),
     [("fingers: [[bend]]", "finger: [[bend]]"), ("[0, 0, 0]", "[0, 0]"), ("{", "{{")],
