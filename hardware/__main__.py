@@ -1,0 +1,72 @@
+# SPDX-License-Identifier: MIT
+"""The real hand's command line: ``python -m hardware run | calibrate-pads | calibrate-wrist | check | emulate``.
+
+Exit codes: 0 done; 1 an error that is to be expected, in one line on stderr; 2 wrong usage; 130 and 143
+ended by Ctrl-C and SIGTERM, torque off. Any other error is a mistake of this program and shows its traceback.
+"""
+
+from __future__ import annotations
+
+import functools
+import logging
+import sys
+from collections.abc import Callable
+
+import typer
+
+from vtgtsam.exceptions import VtgtsamError
+
+from .commands.calibrate_pads import calibrate_pads
+from .commands.calibrate_wrist import calibrate_wrist
+from .commands.check import check
+from .commands.emulate import emulate
+from .commands.run import run
+from .stop_signals import stop_on_signals
+
+INTERRUPTED = 130  # 128 + SIGINT, as shells count
+
+app = typer.Typer(
+    name="python -m hardware",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+)
+
+
+def _interruptible(command: Callable[..., None]) -> Callable[..., None]:
+    """The same command, for which Ctrl-C has the exit code that shells know."""
+
+    @functools.wraps(command)
+    def wrapped(*args: object, **kwargs: object) -> None:
+        try:
+            command(*args, **kwargs)
+        except KeyboardInterrupt:
+            typer.echo("hardware: interrupted", err=True)
+            raise typer.Exit(INTERRUPTED) from None
+
+    return wrapped
+
+
+for command in (run, calibrate_pads, calibrate_wrist, check, emulate):
+    app.command()(_interruptible(command))
+
+
+@app.callback()
+def hardware() -> None:
+    """The real hand: servos, tactile pads, wrist tag, camera; or an emulation of them."""
+    logging.basicConfig(level=logging.WARNING, format="%(levelname)s: %(message)s")
+
+
+def main() -> None:
+    """Run the command line of this process."""
+    try:
+        with stop_on_signals():
+            app()
+    except (VtgtsamError, OSError) as error:
+        print(f"hardware: {' '.join(str(error).split())}", file=sys.stderr)
+        sys.exit(1)
+
+
+if __name__ == "__main__":
+    main()

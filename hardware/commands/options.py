@@ -1,0 +1,50 @@
+# SPDX-License-Identifier: MIT
+"""Options that several commands share."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+Hand = Annotated[str, typer.Option(help="The built hand: a name, or its YAML file.")]
+Emulate = Annotated[bool, typer.Option("--emulate", help="Use emulated devices.")]
+Servos = Annotated[str | None, typer.Option(help="Serial port of the servos.")]
+Pads = Annotated[str | None, typer.Option(help="Serial port of the pad board.")]
+Camera = Annotated[str, typer.Option(help="realsense, realsense:SERIAL, or a recording.")]
+Scale = Annotated[
+    Path | None, typer.Option(help="Pad calibration; HAND.pads.yaml where not given.")
+]
+Wrist = Annotated[
+    Path | None, typer.Option(help="Wrist calibration; HAND.wrist.yaml where not given.")
+]
+
+
+def calibration_file(given: Path | None, hand: str, kind: str) -> Path:
+    """Where a hand's calibration of that kind ("pads" or "wrist") is kept."""
+    return given or Path(f"{Path(hand).stem}.{kind}.yaml")
+
+
+def needed_port(port: str | None, option: str) -> str:
+    """The port a person gave.
+
+    Raises:
+        typer.BadParameter: None was given; lists those there are.
+    """
+    if port is None:
+        raise typer.BadParameter(
+            f"give the port, or --emulate; there are: {', '.join(serial_ports()) or 'none'}",
+            param_hint=option,
+        )
+    return port
+
+
+def serial_ports() -> list[str]:
+    """Serial ports of this computer, by their lasting names where they have one."""
+    from serial.tools import list_ports
+
+    by_id = Path("/dev/serial/by-id")
+    lasting = {str(link.resolve()): str(link) for link in by_id.glob("*")}
+    found = (port.device for port in list_ports.comports() if port.vid is not None)
+    return sorted(lasting.get(device, device) for device in found)

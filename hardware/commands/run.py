@@ -1,0 +1,179 @@
+# SPDX-License-Identifier: MIT
+"""``python -m hardware run``: close the hand round an object and track it."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from .options import (
+    Camera,
+    Emulate,
+    Hand,
+    Pads,
+    Scale,
+    Servos,
+    Wrist,
+    calibration_file,
+    needed_port,
+)
+
+if TYPE_CHECKING:
+    import gtsam
+
+    from hardware.live.devices import Devices
+    from hardware.live.run import Plan
+    from vtgtsam import EstimatorConfig
+
+# A computer that emulates a hand beside driving it may pause either for longer than a real hand allows.
+EMULATED = {"patience": 0.1, "watchdog": 1.0}  # [s]
+CONFIGS = ("tuned", "simulation", "real_world")
+
+
+def run(
+    object: Annotated[str, typer.Option(help="The object: a built-in name, or its mesh.")],
+    hand: Hand = "isyhand",
+    emulate: Emulate = False,
+    record: Annotated[Path | None, typer.Option(help="Record to this .mcap file.")] = None,
+    seconds: Annotated[
+        float | None,
+        typer.Option(min=0.1, help="Duration; else until Ctrl-C, or the emulated grasp's end."),
+    ] = None,
+    servos: Servos = None,
+    pads: Pads = None,
+    camera: Camera = "realsense",
+    scale: Scale = None,
+    wrist: Wrist = None,
+    start: Annotated[
+        str | None,
+        typer.Option(help="The object's first pose in the hand frame: x,y,z,qx,qy,qz,qw [m]."),
+    ] = None,
+    object_scale: Annotated[float, typer.Option(help="Metres per unit of the mesh.")] = 1.0,
+    tracker: Annotated[str, typer.Option(help="depth, or depth-hand.")] = "depth-hand",
+    config: Annotated[str, typer.Option(help=f"{', '.join(CONFIGS)}, or a file.")] = "tuned",
+    images: Annotated[bool, typer.Option(help="Record the images too.")] = True,
+    yes: Annotated[bool, typer.Option("--yes", help="Do not ask before the hand moves.")] = False,
+    seed: Annotated[int, typer.Option(min=0, help="Of the emulation's noise.")] = 0,
+) -> None:
+    """Close the hand round an object, track it, and record everything."""
+    from hardware.emulate.rig import wiring_of
+    from hardware.live.devices import Ports, real_devices
+    from hardware.live.run import Plan
+    from hardware.servo.description import load_description
+    from sim.description import load_description as load_grasp
+    from vtgtsam import load_object
+    from vtgtsam.vision.depth_tracker import FORMS
+
+    if tracker not in FORMS:
+        raise typer.BadParameter(f"expected {' or '.join(FORMS)}", param_hint="--tracker")
+    description = load_description(hand)
+    if emulate:
+        description = description.model_copy(update=EMULATED)
+    grasp = load_grasp(description.hand)
+    plan = Plan(
+        description=description,
+        hand=grasp.load_hand(),
+        grasp=grasp,
+        obj=load_object(object, scale=object_scale),
+        config=_config(config),
+        wiring=wiring_of(description),
+        tracker=tracker,
+        record=record,
+        images=images,
+        seconds=seconds,
+        ends_after_grasp=emulate,
+    )
+    if emulate:
+        with _emulated(plan, seed) as devices:
+            _carry_out(plan, devices, lambda question: None)
+        return
+    ports = Ports(
+        servos=needed_port(servos, "--servos"),
+        pads=needed_port(pads, "--pads"),
+        camera=camera,
+        scale=calibration_file(scale, hand, "pads"),
+        wrist=calibration_file(wrist, hand, "wrist"),
+        T_ho=_start_pose(start),
+    )
+    ask = _show if yes else _ask
+    _carry_out(plan, real_devices(ports, description, ask), ask)
+
+
+def _carry_out(plan: Plan, devices: Devices, ask: Callable[[str], None]) -> None:
+    from hardware.live.run import run as carry_out
+
+    status = carry_out(plan, devices, ask, typer.echo)
+    for line in status.summary():
+        typer.echo(line)
+    lost = 0.0 if devices.lost is None else devices.lost()
+    if lost > 0:
+        typer.echo(f"the computer was too slow: {lost:.1f} s were not simulated")
+    if plan.record is not None:
+        typer.echo(f"recorded to {plan.record}")
+
+
+@contextmanager
+def _emulated(plan: Plan, seed: int) -> Iterator[Devices]:
+    from hardware.emulate.rig import CAMERA_RATE
+    from hardware.live.devices import emulated_devices
+
+    # A new emulated servo has everything to set up; on a real one each change deserves a word.
+    logging.getLogger("hardware.servo.setup").setLevel(logging.ERROR)
+    typer.echo(f"emulated hand: looking for a pose in which it can grasp {plan.obj.name}")
+    with emulated_devices(plan.description, plan.obj, seed) as devices:
+        typer.echo(
+            f"emulated hand: servos on {devices.servos}, pads on {devices.pads}, depth images of a "
+            f"quarter of the D435's pixels at up to {CAMERA_RATE:.0f} Hz; waits up to "
+            f"{1000 * EMULATED['patience']:.0f} ms for servos (real: 12 ms), watchdogs "
+            f"{EMULATED['watchdog']:.0f} s (real: 0.2 s)"
+        )
+        yield devices
+
+
+def _ask(question: str) -> None:
+    """Wait for a person."""
+    from hardware.live.guard import LiveError
+
+    try:
+        input(question)
+    except EOFError:
+        raise LiveError(
+            "nobody is there to press Enter; give --yes if nobody needs to be asked"
+        ) from None
+
+
+def _show(question: str) -> None:
+    typer.echo(question)
+
+
+def _config(name_or_path: str) -> EstimatorConfig:
+    from vtgtsam import EstimatorConfig
+
+    if name_or_path in CONFIGS:
+        config: EstimatorConfig = getattr(EstimatorConfig, name_or_path)()
+        return config
+    return EstimatorConfig.from_yaml(name_or_path)
+
+
+def _start_pose(text: str | None) -> gtsam.Pose3:
+    """T_ho from seven numbers."""
+    import gtsam
+    import numpy as np
+
+    try:
+        numbers = np.array([float(word) for word in (text or "").split(",")])
+    except ValueError:
+        numbers = np.empty(0)
+    if numbers.shape != (7,) or not abs(np.linalg.norm(numbers[3:]) - 1) < 1e-2:
+        raise typer.BadParameter(
+            f"the tracker needs the object's first pose in the hand frame, seven numbers "
+            f"x,y,z,qx,qy,qz,qw with a quaternion of norm 1, got {text!r}",
+            param_hint="--start",
+        )
+    qx, qy, qz, qw = numbers[3:] / np.linalg.norm(numbers[3:])
+    return gtsam.Pose3(gtsam.Rot3.Quaternion(qw, qx, qy, qz), numbers[:3])

@@ -1,0 +1,226 @@
+# SPDX-License-Identifier: MIT
+"""A rig in a process of its own, and its camera as a camera of ours."""
+
+from __future__ import annotations
+
+import multiprocessing
+import signal
+import sys
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from multiprocessing.connection import Connection
+from typing import TYPE_CHECKING, Any
+
+import gtsam
+import numpy as np
+
+from hardware.camera.camera import Camera, CameraError, CameraFrame
+from hardware.servo.description import HandDescription
+from hardware.tactile.calibrate import PadScale
+from vtgtsam import ObjectModel
+from vtgtsam.exceptions import VtgtsamError
+from vtgtsam.vision.camera import CameraIntrinsics
+
+if TYPE_CHECKING:
+    from .rig import Rig
+
+_START = (
+    600.0  # [s], the search for a pose to grasp from may take a minute or two on a slow computer
+)
+_WAIT = 5.0  # [s], for an answer or an image
+_JOIN = 5.0  # [s]
+_SWITCH = 0.0005  # [s], after which a computing thread lets others in
+_REST = 1.0  # [s], in which the object comes to rest on the palm
+
+
+@dataclass(frozen=True, eq=False)
+class Ready:
+    """What a rig says when it is up; as in ``Rig``."""
+
+    servos: str
+    pads: str
+    intrinsics: CameraIntrinsics
+    T_ch: np.ndarray
+    scale: PadScale
+
+
+class RigProcess:
+    """An emulated hand, object and camera that run beside this program; a context manager.
+
+    The process ends when this one does, however it ends.
+
+    Attributes:
+        ready: Its ports and calibrations.
+    """
+
+    def __init__(self, description: HandDescription, obj: ObjectModel, seed: int = 0) -> None:
+        """Start it.
+
+        Raises:
+            VtgtsamError: It cannot start, such as for an object that cannot be grasped.
+        """
+        context = multiprocessing.get_context("spawn")
+        self._control, control = context.Pipe()
+        self._images, images = context.Pipe(duplex=False)
+        arguments = (description, obj, seed, control, images)
+        self._process = context.Process(target=_serve, args=arguments, name="rig", daemon=True)
+        self._process.start()
+        control.close()
+        images.close()
+        try:
+            self.ready: Ready = self._answer(_START)
+        except BaseException:
+            self.close()
+            raise
+
+    def __enter__(self) -> RigProcess:
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """End it."""
+        self._control.close()
+        self._images.close()
+        self._process.join(_JOIN)
+        if self._process.is_alive():
+            self._process.kill()
+
+    def put_object(self) -> gtsam.Pose3:
+        """Put the object on the palm; its pose T_co in the camera frame after it came to rest."""
+        self._control.send("put")
+        return gtsam.Pose3(self._answer(_WAIT + 10))
+
+    def lost(self) -> float:
+        """Time that was not simulated because the computer was too slow [s]."""
+        self._control.send("lost")
+        return float(self._answer(_WAIT))
+
+    def camera(self, show_truth: Callable[[float, gtsam.Pose3], None]) -> Camera:
+        """Its camera.
+
+        Args:
+            show_truth: Called with the monotonic time [s] of each image and the true pose T_co.
+        """
+        return _RigCamera(self._images, self.ready.intrinsics, show_truth)
+
+    def _answer(self, seconds: float) -> Any:
+        try:
+            if self._control.poll(seconds):
+                answer = self._control.recv()
+                if isinstance(answer, VtgtsamError):
+                    raise answer
+                return answer
+        except (EOFError, OSError) as error:
+            raise VtgtsamError("the emulated hand's process has died") from error
+        raise VtgtsamError(f"the emulated hand did not answer within {seconds:.0f} s")
+
+
+class _RigCamera(Camera):
+    """The rig's camera, seen from the live loop."""
+
+    def __init__(
+        self,
+        images: Connection,
+        intrinsics: CameraIntrinsics,
+        show_truth: Callable[[float, gtsam.Pose3], None],
+    ) -> None:
+        self.name = "emulated camera"
+        self.intrinsics = intrinsics
+        self._images = images
+        self._show_truth = show_truth
+
+    def read(self) -> CameraFrame:
+        """The newest image; those that nobody has taken in time are gone, as with a real camera."""
+        try:
+            if not self._images.poll(_WAIT):
+                raise CameraError(f"no image from the {self.name} for {_WAIT:.0f} s")
+            shot = self._images.recv()
+            while self._images.poll():
+                shot = self._images.recv()
+        except (EOFError, OSError) as error:
+            raise CameraError(f"the {self.name} has gone") from error
+        self._show_truth(shot.time, gtsam.Pose3(shot.T_co))
+        return CameraFrame(shot.time, shot.depth, None)
+
+    def close(self) -> None:
+        """Nothing is held."""
+
+
+def _serve(
+    description: HandDescription,
+    obj: ObjectModel,
+    seed: int,
+    control: Connection,
+    images: Connection,
+) -> None:
+    """The rig's process."""
+    # Ctrl-C reaches all processes of a terminal; the servos must outlive the program that drives them.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    sys.setswitchinterval(_SWITCH)
+    from .rig import Rig
+
+    try:
+        with Rig(description, obj, seed) as rig:
+            T_wo = rig.prepare()
+            ports = (rig.servos.path, rig.pads.path)
+            control.send(Ready(*ports, rig.intrinsics, rig.T_ch.matrix(), rig.scale))
+            _Server(rig, T_wo, control, images).run()
+    except VtgtsamError as error:
+        control.send(error)
+
+
+class _Server:
+    """Carries out what the program asks, until it is gone."""
+
+    def __init__(self, rig: Rig, T_wo: np.ndarray, control: Connection, images: Connection) -> None:
+        self._rig = rig
+        self._T_wo = T_wo
+        self._control = control
+        self._images = images
+        self._stop = threading.Event()
+        self._taken = self._missed = 0
+
+    def run(self) -> None:
+        film = threading.Thread(target=self._film, name="camera", daemon=True)
+        film.start()
+        try:
+            while True:
+                self._control.send(self._carry_out(self._control.recv()))
+        except (EOFError, OSError):
+            self._tell_torque()
+        self._stop.set()
+
+    def _carry_out(self, order: str) -> np.ndarray | float:
+        if order == "put":
+            self._rig.hand.put(self._T_wo)
+            time.sleep(_REST)
+            _, _, T_wo = self._rig.hand.look()
+            return self._rig.T_wc.inverse().matrix() @ T_wo
+        if order == "lost":
+            return self._rig.hand.lost
+        raise ValueError(f"unknown order {order!r}")
+
+    def _film(self) -> None:
+        try:
+            self._rig.film(self._images.send, self._stop)
+        except OSError:  # nobody looks any more
+            return
+
+    def _tell_torque(self) -> None:
+        """The program has ended: does the hand still have torque?"""
+        deadline = time.monotonic() + 2.0
+        obeying, stopped = self._rig.driven()
+        while obeying and time.monotonic() < deadline:
+            time.sleep(0.02)
+            obeying, stopped = self._rig.driven()
+        if obeying:
+            self._say(f"the program has gone, {obeying} servos still have torque!")
+        elif stopped:
+            self._say(f"the program has gone, {stopped} servos were stopped by their watchdogs")
+
+    def _say(self, text: str) -> None:
+        print(f"emulated hand: {text}", file=sys.stderr, flush=True)

@@ -1,0 +1,146 @@
+# SPDX-License-Identifier: MIT
+"""The estimator in the live loop.
+
+A visual pose belongs to the instant of its image and comes late, by exposure, transfer and tracking.
+So each frame is fused at its image's instant, with the joints and contacts that held then, and not with
+those of the moment at which the pose happens to arrive. It waits until joints and pads have passed that
+instant, so that nothing that belongs before it is still to come. Without images it goes on at 30 Hz,
+from touch and the hand's shape alone.
+
+What is fused is exactly what a reader of the recording finds at the instants of /estimate/object_pose
+(``Recording.measurements(rate="recorded")``): the same poses come out when the run is replayed.
+"""
+
+from __future__ import annotations
+
+import threading
+from types import SimpleNamespace
+
+import gtsam
+
+from vtgtsam import Estimate, Measurement, PoseEstimator
+from vtgtsam.recording import messages
+
+from . import guard
+from .recorder import Recorder
+from .slots import RunClock, Sample, Streams
+from .statistics import Latencies
+
+STREAMS = ("joints", "pads", "vision", "images")  # images: whether or not a pose was found in it
+PERIOD_NS = round(1e9 / 30)  # between frames where there are no images
+PATIENCE_NS = 40_000_000  # how long to wait for joints and pads to pass an image's instant
+VISION_HOLD_NS = round(guard.MAX_AGE["vision"] * 1e9)
+_POLL = 0.005  # [s]
+
+
+def as_recorded(pose: gtsam.Pose3) -> gtsam.Pose3:
+    """A pose as it comes out of a recording: its quaternion rounds the last bits."""
+    fields = {name: SimpleNamespace(**part) for name, part in messages.pose_fields(pose).items()}
+    recorded = messages.pose_from_fields(SimpleNamespace(**fields))
+    if recorded is None:
+        raise ValueError(f"not a pose: {pose.matrix()}")
+    return recorded
+
+
+class Fusion:
+    """Fuses the streams frame by frame.
+
+    Args:
+        streams: Streams of the names ``STREAMS``.
+        estimator: The estimator.
+        T_wh: Pose of the hand in the world.
+        clock: The run's clock.
+        recorder: Gets the estimates.
+
+    Attributes:
+        latencies: From the instant of each sensor's sample to the pose made with it.
+        count: Frames fused so far.
+        last: The last estimate.
+    """
+
+    def __init__(
+        self,
+        streams: Streams,
+        estimator: PoseEstimator,
+        T_wh: gtsam.Pose3,
+        clock: RunClock,
+        recorder: Recorder,
+    ) -> None:
+        self._streams = streams
+        self._estimator = estimator
+        self._T_wh = as_recorded(T_wh)
+        self._clock = clock
+        self._recorder = recorder
+        self._waiting_since = (-1, 0)  # an image's instant, and when it was first seen
+        self.latencies = Latencies()
+        self.count = 0
+        self.last: Estimate | None = None
+
+    def run(self, stop: threading.Event) -> None:
+        """Fuse until ``stop`` is set."""
+        while not stop.is_set():
+            if self.step() is None:
+                with self._streams.changed:
+                    self._streams.changed.wait(_POLL)
+
+    def step(self) -> Estimate | None:
+        """Fuse one frame if there is one to fuse."""
+        instant_ns = self.next_instant(self._clock.now_ns())
+        if instant_ns is None:
+            return None
+        samples = self._streams.seal(instant_ns)
+        if samples["joints"] is None or samples["pads"] is None:
+            return None  # an image from before their first sample
+        measurement = self._measurement(
+            instant_ns, samples["joints"], samples["pads"], samples["vision"]
+        )
+        estimate = self._estimator.update(measurement)
+        if estimate.T_wo is not None:
+            self._recorder.write("estimate", instant_ns, estimate.T_wo)
+        self._note(samples, measurement)
+        self.last = estimate
+        self.count += 1
+        return estimate
+
+    def next_instant(self, now_ns: int) -> int | None:
+        """The instant that can be fused now [ns], or None."""
+        streams = self._streams
+        joints, pads = streams.latest("joints"), streams.latest("pads")
+        if joints is None or pads is None or streams.latest("vision") is None:
+            return None
+        ages = {name: streams.age(name, now_ns) for name in ("joints", "pads")}
+        if guard.stale(ages):
+            return None
+        known_ns = min(joints.instant_ns, pads.instant_ns)
+        image = streams.latest("images")
+        if image is not None and image.instant_ns > streams.sealed_ns:
+            if image.instant_ns <= known_ns or self._waited(image.instant_ns, now_ns):
+                return image.instant_ns
+            return None
+        blind = streams.age("images", now_ns) > guard.MAX_AGE["vision"]
+        return known_ns if blind and known_ns >= streams.sealed_ns + PERIOD_NS else None
+
+    def _waited(self, image_ns: int, now_ns: int) -> bool:
+        """Whether joints or pads have kept an image waiting for too long."""
+        if self._waiting_since[0] != image_ns:
+            self._waiting_since = (image_ns, now_ns)
+        return now_ns - self._waiting_since[1] > PATIENCE_NS
+
+    def _measurement(
+        self, instant_ns: int, joints: Sample, pads: Sample, vision: Sample | None
+    ) -> Measurement:
+        seen = vision is not None and instant_ns - vision.instant_ns <= VISION_HOLD_NS
+        return Measurement(
+            time=instant_ns / 1e9,
+            contacts=pads.value.contacts,
+            joints=joints.value,
+            T_wo_visual=vision.value if seen else None,
+            T_wh=self._T_wh,
+        )
+
+    def _note(self, samples: dict[str, Sample | None], measurement: Measurement) -> None:
+        now_ns = self._clock.now_ns()
+        for name in ("joints", "pads", "vision"):
+            sample = samples[name]
+            if sample is not None and (name != "vision" or measurement.T_wo_visual is not None):
+                self.latencies.add(name, (now_ns - sample.instant_ns) / 1e9)

@@ -1,0 +1,47 @@
+# SPDX-License-Identifier: MIT
+"""How old each stream may be, and what happens when it is older.
+
+| stream | older than | what happens |
+|---|---|---|
+| joints, pads | 0.1 s | the fingers wait where they are; nothing is fused |
+| joints, pads | 1 s | the run ends, torque off |
+| vision | 0.2 s | the visual pose is left out; touch and the hand's shape go on alone |
+
+What a single servo does wrong (silence, heat, overload) is judged in ``hardware.servo.guard``, in the
+cycle in which it shows.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from vtgtsam.exceptions import VtgtsamError
+
+MAX_AGE = {"joints": 0.1, "pads": 0.1, "vision": 0.2}  # [s]
+GIVE_UP = 1.0  # [s], joints and pads
+
+_ADVICE = {
+    "joints": "is the computer too busy, or the adapter slow (`python -m hardware check`)?",
+    "pads": "is the pad board's cable loose (`python -m hardware check`)?",
+}
+
+
+class LiveError(VtgtsamError):
+    """The run cannot go on."""
+
+
+def stale(ages: Mapping[str, float]) -> tuple[str, ...]:
+    """Names of the streams that are too old to be used."""
+    return tuple(name for name, age in ages.items() if age > MAX_AGE[name])
+
+
+def may_move(ages: Mapping[str, float]) -> bool:
+    """Whether the fingers may go on closing."""
+    return not {"joints", "pads"} & set(stale(ages))
+
+
+def check(ages: Mapping[str, float]) -> None:
+    """LiveError where a stream that the hand cannot do without has been silent for too long."""
+    for name, advice in _ADVICE.items():
+        if ages.get(name, 0.0) > GIVE_UP:
+            raise LiveError(f"no {name} for {ages[name]:.1f} s: {advice}")

@@ -1,0 +1,258 @@
+# SPDX-License-Identifier: MIT
+"""A live run from the open hand to the end of the grasp.
+
+    calibrate the pads -> put the object on the palm -> close the hand -> track and record
+
+The main thread only watches: it prints the status, ends the run when a thread fails or a stream falls
+silent, and is where signals arrive. Whatever ends it, the torque goes off first.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+import time
+from collections.abc import Callable
+from contextlib import ExitStack
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+
+import gtsam
+import numpy as np
+
+from hardware.camera.camera import Camera
+from hardware.servo.description import HandDescription
+from hardware.servo.hand import Hand
+from hardware.tactile.board import PadBoard
+from hardware.tactile.calibrate import BASELINE_SECONDS, measure_baseline
+from hardware.tactile.contact import ContactDetector
+from hardware.tactile.wiring import PadWiring
+from sim.description import GraspDescription
+from vtgtsam import EstimatorConfig, HandModel, Measurement, ObjectModel, PoseEstimator
+from vtgtsam.recording import RecordingWriter, names
+from vtgtsam.recording.provenance import mesh_file, object_metadata
+from vtgtsam.vision.depth_tracker import DepthTracker, make_tracker
+
+from . import guard
+from .devices import Devices
+from .fingers import Fingers, Phase
+from .fusion import STREAMS, Fusion
+from .recorder import Recorder
+from .sensors import Pads, Vision
+from .slots import RunClock, Streams
+from .status import Status
+from .workers import Workers
+
+HOLD = 2.0  # [s], the closed hand is watched for so long before an emulated run ends
+_OPENING = 10.0  # [s], the most that opening the hand may take
+_SWITCH = (
+    0.0005  # [s], after which a computing thread lets others in; Python's 5 ms make ticks late
+)
+_GLANCE = 0.1  # [s], how often the main thread looks
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """What to do.
+
+    Attributes:
+        description: The built hand.
+        hand: Its model.
+        grasp: How it closes.
+        obj: The object.
+        config: The estimator's settings.
+        wiring: The hand's pads.
+        tracker: Form of the visual tracker, "depth" or "depth-hand".
+        record: The file to record to, or None.
+        images: Whether the recording has the images.
+        seconds: How long to run after the grasp has begun [s]; None: until it is ended from outside.
+        ends_after_grasp: Whether to end when the hand has closed, and held for a moment.
+    """
+
+    description: HandDescription
+    hand: HandModel
+    grasp: GraspDescription
+    obj: ObjectModel
+    config: EstimatorConfig
+    wiring: PadWiring
+    tracker: str = "depth-hand"
+    record: Path | None = None
+    images: bool = True
+    seconds: float | None = None
+    ends_after_grasp: bool = False
+
+
+def run(
+    plan: Plan, devices: Devices, ask: Callable[[str], None], say: Callable[[str], None]
+) -> Status:
+    """Carry a plan out; returns when it is done.
+
+    Args:
+        plan: What to do.
+        devices: With what.
+        ask: Shows a request and waits until a person has done it.
+        say: Shows a line.
+
+    Raises:
+        VtgtsamError: Something failed; the torque is off unless the message says otherwise.
+    """
+    sys.setswitchinterval(_SWITCH)
+    return _Run(plan, devices, ask, say).carry_out()
+
+
+class _Run:
+    """The parts of one run."""
+
+    def __init__(
+        self,
+        plan: Plan,
+        devices: Devices,
+        ask: Callable[[str], None],
+        say: Callable[[str], None],
+    ) -> None:
+        self._plan, self._devices, self._ask, self._say = plan, devices, ask, say
+        self._clock = RunClock()
+        self._streams = Streams(STREAMS)
+        self._recorder = Recorder(None)
+
+    def carry_out(self) -> Status:
+        """From opening the devices to the summary."""
+        plan = self._plan
+        with ExitStack() as stack:
+            camera = stack.enter_context(self._devices.open_camera(self._show_truth))
+            tracker = make_tracker(plan.tracker, plan.obj, camera.intrinsics, plan.hand)
+            self._warm_up(tracker)
+            board = stack.enter_context(
+                PadBoard(self._devices.pads, inputs=len(plan.wiring.inputs))
+            )
+            board.wait()
+            self._clock = RunClock()
+            self._recorder = stack.enter_context(Recorder(self._writer()))
+            workers = stack.enter_context(Workers())
+            # The last to come in is the first to go out: the torque.
+            hand = stack.enter_context(Hand(plan.description, self._devices.servos))
+            stack.callback(workers.stop.set)
+            self._recorder.write("camera_pose", 0, gtsam.Pose3())
+            self._recorder.write("camera_info", 0, camera.intrinsics)
+            self._recorder.write("hand_pose", 0, self._devices.T_ch)
+            fingers = self._open(hand, workers)
+            self._start_pads(board, workers)
+            tracker.start(self._devices.put_object())
+            vision = self._start_vision(camera, tracker, workers)
+            fusion = self._start_fusion(workers)
+            status = Status(self._streams, fusion, fingers, vision, self._clock)
+            fingers.close()
+            self._watch(status, fingers, workers)
+        self._say("torque is off")
+        return status
+
+    def _writer(self) -> RecordingWriter | None:
+        plan = self._plan
+        if plan.record is None:
+            return None
+        metadata = {
+            **object_metadata(plan.obj),
+            "hand": plan.hand.name,
+            "dataset": "live",
+            "tracker": plan.tracker,
+            "started": datetime.now(UTC).isoformat(timespec="seconds"),
+            "config": json.dumps(plan.config.model_dump(mode="json"), sort_keys=True),
+            "emulated": "no" if self._devices.lost is None else "yes",
+            names.VISION_HOLD: repr(guard.MAX_AGE["vision"]),
+        }
+        mesh = mesh_file(plan.obj)
+        return RecordingWriter(plan.record, metadata, hand_xml=plan.hand.xml, mesh=mesh)
+
+    def _warm_up(self, tracker: DepthTracker) -> None:
+        """Have everything compiled that is compiled at first use, before there is torque.
+
+        Compiling takes seconds in which no other thread gets a turn.
+        """
+        plan, center_o = self._plan, self._plan.obj.center
+        T_co = gtsam.Pose3(gtsam.Rot3(), np.array([0.0, 0.0, 0.6]) - center_o)
+        joints = np.zeros(len(plan.hand.joint_names))
+        tracker.start(T_co)
+        camera = tracker.camera
+        wall = np.full((camera.height, camera.width), 0.6)
+        for _ in range(2):  # the second looks for the object
+            tracker.update(wall, gtsam.Pose3(), joints, self._devices.T_ch)
+        contacts = np.ones(len(plan.hand), dtype=bool)
+        estimator = PoseEstimator(plan.hand, plan.obj, plan.config)
+        estimator.update(Measurement(0.0, contacts, joints, T_co, self._devices.T_ch))
+
+    def _open(self, hand: Hand, workers: Workers) -> Fingers:
+        """Torque on, hand open."""
+        self._ask("The hand will move. Keep away from it, then press Enter: ")
+        hand.configure()
+        hand.enable()
+        fingers = Fingers(hand, self._plan.grasp, self._streams, self._clock, self._recorder)
+        workers.start("servos", fingers.run)
+        deadline = time.monotonic() + _OPENING
+        while fingers.phase is Phase.OPENING:
+            workers.check()
+            if time.monotonic() > deadline:
+                raise guard.LiveError(
+                    f"the hand did not open within {_OPENING:.0f} s: {fingers.not_there()}; is "
+                    "something in its way?"
+                )
+            time.sleep(_GLANCE)
+        return fingers
+
+    def _start_pads(self, board: PadBoard, workers: Workers) -> None:
+        plan, wiring = self._plan, self._plan.wiring
+        self._ask("Nothing may touch the pads now. Press Enter: ")
+        self._say(f"baseline of the pads, {BASELINE_SECONDS:.0f} s")
+        resistances = wiring.resistance(board.record(BASELINE_SECONDS))
+        baseline = measure_baseline(resistances, wiring, self._devices.scale)
+        detector = ContactDetector(wiring, self._devices.scale, baseline, plan.hand.pad_names)
+        pads = Pads(
+            board, detector, plan.hand.pad_names, self._streams, self._clock, self._recorder
+        )
+        workers.start("pads", pads.run)
+
+    def _start_vision(self, camera: Camera, tracker: DepthTracker, workers: Workers) -> Vision:
+        vision = Vision(
+            camera,
+            tracker,
+            self._devices.T_ch,
+            self._streams,
+            self._clock,
+            self._recorder,
+            self._plan.images,
+        )
+        workers.start("vision", vision.run)
+        return vision
+
+    def _start_fusion(self, workers: Workers) -> Fusion:
+        plan = self._plan
+        estimator = PoseEstimator(plan.hand, plan.obj, plan.config)
+        fusion = Fusion(self._streams, estimator, self._devices.T_ch, self._clock, self._recorder)
+        workers.start("fusion", fusion.run)
+        return fusion
+
+    def _watch(self, status: Status, fingers: Fingers, workers: Workers) -> None:
+        """Show how it goes until it is over."""
+        start = time.monotonic()
+        closed: float | None = None
+        try:
+            while not workers.stop.wait(_GLANCE):
+                now_ns, elapsed = self._clock.now_ns(), time.monotonic() - start
+                guard.check({n: self._streams.age(n, now_ns) for n in ("joints", "pads")})
+                self._recorder.check()
+                status.show()
+                if fingers.phase is Phase.CLOSED and closed is None:
+                    closed = elapsed
+                if self._plan.seconds is not None and elapsed >= self._plan.seconds:
+                    return
+                if self._plan.ends_after_grasp and closed is not None and elapsed > closed + HOLD:
+                    return
+            workers.check()
+        finally:
+            status.end()
+
+    def _show_truth(self, monotonic: float, T_co: gtsam.Pose3) -> None:
+        """The camera's frame is the world."""
+        instant_ns = self._clock.instant_ns(monotonic)
+        if instant_ns >= 0:
+            self._recorder.write("truth", instant_ns, T_co)

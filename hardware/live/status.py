@@ -1,0 +1,118 @@
+# SPDX-License-Identifier: MIT
+"""How a run goes, in one line, and how it went, in a few."""
+
+from __future__ import annotations
+
+import sys
+import time
+from typing import TextIO
+
+import numpy as np
+
+from . import guard
+from .fingers import Fingers
+from .fusion import Fusion
+from .sensors import Vision
+from .slots import RunClock, Streams
+from .statistics import Rate
+
+_TERMINAL_PERIOD, _PLAIN_PERIOD = 0.2, 2.0  # [s], between lines
+_SHOWN = ("joints", "pads", "images", "fusion")
+
+
+class Status:
+    """The status of a run.
+
+    Args:
+        streams: Its streams.
+        fusion: Its estimator.
+        fingers: Its servos.
+        vision: Its camera and tracker.
+        clock: The run's clock.
+        out: Where the line goes; on a terminal it is written over.
+    """
+
+    def __init__(
+        self,
+        streams: Streams,
+        fusion: Fusion,
+        fingers: Fingers,
+        vision: Vision,
+        clock: RunClock,
+        out: TextIO = sys.stdout,
+    ) -> None:
+        self._streams = streams
+        self._fusion = fusion
+        self._fingers = fingers
+        self._vision = vision
+        self._clock = clock
+        self._out = out
+        self._rates = {name: Rate() for name in _SHOWN}
+        self._began = time.monotonic()
+        self._first = {name: self._count(name) for name in _SHOWN}
+        self._shown = -np.inf
+        self._seconds = 0.0
+
+    def show(self) -> None:
+        """Write the line, if it is time to."""
+        now = time.monotonic()
+        terminal = self._out.isatty()
+        if now - self._shown >= (_TERMINAL_PERIOD if terminal else _PLAIN_PERIOD):
+            self._shown = now
+            end = "\x1b[K\r" if terminal else "\n"
+            self._out.write(self.line() + end)
+            self._out.flush()
+
+    def end(self) -> None:
+        """The run is over: stop its watch, and leave the line as it is."""
+        self._seconds = time.monotonic() - self._began
+        if self._out.isatty():
+            self._out.write("\n")
+
+    def line(self) -> str:
+        """Time, state, rate and age of each stream, contacts, and what is wrong."""
+        now, now_ns = time.monotonic(), self._clock.now_ns()
+        parts = [f"{now - self._began:5.1f} s {self._fingers.phase.value}"]
+        for name in _SHOWN:
+            text = f"{name} {self._rates[name].update(now, self._count(name)):.0f} Hz"
+            if name != "fusion":
+                text += f" {1000 * self._streams.age(name, now_ns):.0f} ms"
+            parts.append(text)
+        return " | ".join([*parts, self._contacts(), self._warmest(), self._pose(now_ns)])
+
+    def summary(self) -> list[str]:
+        """Rates over the whole run, what was left out, latencies."""
+        rates = ", ".join(
+            f"{name} {(self._count(name) - self._first[name]) / max(self._seconds, 1e-9):.1f} Hz"
+            for name in _SHOWN
+        )
+        ticker = self._fingers.ticker
+        late = ", ".join(f"{n} {name}" for name, n in self._streams.refused().items() if n)
+        return [
+            f"{self._fusion.count} poses in {self._seconds:.1f} s: {rates}",
+            f"left out: {ticker.missed} of {ticker.ticks + ticker.missed} servo cycles, fingers "
+            f"waited {self._fingers.waits} times, object not seen in {self._vision.lost} images, "
+            f"came too late: {late or 'nothing'}",
+            *self._fusion.latencies.lines(),
+        ]
+
+    def _count(self, name: str) -> int:
+        return self._fusion.count if name == "fusion" else self._streams.count(name)
+
+    def _contacts(self) -> str:
+        pads = self._streams.latest("pads")
+        if pads is None:
+            return "no pads"
+        contacts = pads.value.contacts
+        return f"contacts {np.count_nonzero(contacts)}/{len(contacts)}"
+
+    def _warmest(self) -> str:
+        state = self._fingers.state
+        return "" if state is None else f"{np.nanmax(state.temperatures):.0f} °C"
+
+    def _pose(self, now_ns: int) -> str:
+        ages = {name: self._streams.age(name, now_ns) for name in guard.MAX_AGE}
+        late = ", ".join(guard.stale(ages))
+        estimate = self._fusion.last
+        verdict = "waiting" if estimate is None else estimate.status
+        return f"{verdict}, {late} too old" if late else verdict
