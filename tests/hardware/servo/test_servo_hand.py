@@ -114,7 +114,7 @@ class TestConfigure:
                 hand.configure()
 
     def test_damaged_and_lost_packets_do_not_disturb_it(self, description, line):
-        line.faults.drop = line.faults.corrupt = line.faults.truncate = 0.01
+        line.faults.drop = line.faults.corrupt = line.faults.truncate = 0.005
         line.faults.garbage = line.faults.duplicate = 0.05
         with Hand(description, line.path) as hand:
             hand.configure()

@@ -86,11 +86,13 @@ def test_a_signal_ends_torque(line, program, number, status):
 
 def test_impatient_signals_do_not_interrupt_the_way_out(line, program):
     process = program()
-    line.faults.drop = 0.5  # makes the way out longer
+    line.faults.lost_instruction = 1.0  # the way out takes until this is over
     for number in (signal.SIGTERM, signal.SIGINT, signal.SIGTERM, signal.SIGINT):
         process.send_signal(number)
-        time.sleep(0.01)
-    end(process)
+        time.sleep(0.05)
+    assert torques(line) == 15
+    line.faults.lost_instruction = 0.0
+    assert end(process) == 128 + signal.SIGTERM
     assert torques(line) == 0
 
 
