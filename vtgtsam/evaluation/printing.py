@@ -93,14 +93,14 @@ def _rows(summary: pd.DataFrame) -> Iterator[tuple[list[str], pd.DataFrame]]:
 
 
 def _cell(rows: pd.DataFrame, column: _Column) -> str:
-    found = rows.loc[rows["phase"] == column.phase, column.value]
+    found = rows[rows["phase"] == column.phase]
     if found.empty:
         return "-"
-    value = found.iloc[0]
+    value = found[column.value].iloc[0]
     if column.value == "share_below_5mm":
         return f"{100 * value:.0f} %"
     if column.value == "frames_not_held":
-        return str(value)
+        return f"{value} ({100 * value / found['frames'].iloc[0]:.0f} %)" if value else "0"
     return _mm(value)
 
 

@@ -58,6 +58,11 @@ def test_each_phase_has_its_own_row_and_the_turn_itself_counts_in_all():
     assert rows["all"]["frames_below_5mm"] == 3
 
 
+def test_frames_below_5_mm_are_those_below_5_mm():
+    (row, _) = sequence_statistics(metrics([4.99e-3, 5e-3, 5.01e-3]))
+    assert row["frames_below_5mm"] == 1
+
+
 def test_a_phase_that_did_not_happen_has_no_row():
     assert set(rows_by_phase(metrics([1e-3]))) == {"all", "before"}
 

@@ -82,13 +82,14 @@ def test_conditions_are_tested_apart():
 
 
 def test_runs_of_one_object_are_averaged_in_dataset_occ():
-    vis = [1.0, 3.0, 2.0, 4.0, 1.0, 1.0]
-    fused = [2.0, 1.0, 1.0, 1.0, 5.0, 1.0]  # by object: 1.5 < 2, 1 < 3, 3 > 1
+    vis = [1.0, 3.0, 2.0, 2.0, 4.0, 3.0, 1.0, 1.0, 1.0]  # by object: means 2, 3, 1
+    fused = [5.0, 0.0, 0.0, 1.0, 1.0, 1.0, 9.0, 0.5, 0.5]  # means 5/3, 1, 10/3
     test = test_for_all(
-        paired_tests(statistics({"vis": vis, "fused": fused}, dataset="occ", runs=2))
+        paired_tests(statistics({"vis": vis, "fused": fused}, dataset="occ", runs=3))
     ).loc["fused vs vis"]
     assert (test["unit"], test["n"], test["n_better"]) == ("object", 3, 2)
-    assert test["p"] == scipy.stats.wilcoxon([0.5, 2.0, -2.0]).pvalue
+    assert test["p"] == scipy.stats.wilcoxon([1 / 3, 2.0, -7 / 3]).pvalue
+    assert test["effect_size"] == pytest.approx((1 + 2 - 3) / 6)
 
 
 def test_equal_pairs_are_said_in_words():
