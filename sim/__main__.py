@@ -103,6 +103,21 @@ def generate(
         raise typer.Exit(SOME_FAILED)
 
 
+@app.command()
+def look(
+    recording: Annotated[Path, typer.Argument(help="A recording of this simulator.")],
+    out: Annotated[Path, typer.Option(help="PNG file to write.")],
+    instants: Annotated[int, typer.Option(min=1, max=20, help="Pictures side by side.")] = 4,
+) -> None:
+    """Draw a sequence: the camera's view above, the side's below, pads in contact lit up."""
+    from .look import contact_sheet, save_png
+
+    if out.suffix.lower() != ".png":
+        raise typer.BadParameter(f"expected a .png file, got {out.name!r}", param_hint="--out")
+    save_png(contact_sheet(recording, instants), out)
+    typer.echo(f"wrote {out}")
+
+
 def _numbers(text: str, option: str) -> list[float]:
     try:
         numbers = [float(word) for word in text.split(",")]
