@@ -64,7 +64,8 @@ class TestConfigure:
             gains = [servo.get(f"position_{letter}_gain") for letter in "pid"]
             assert gains == ([1000, 0, 100] if joint.name.startswith("palm") else [400, 0, 400])
             assert servo.get("operating_mode") == 5
-            assert servo.get("goal_current") == servo.get("current_limit") == 300
+            cap = 750 if joint.name.startswith("palm") else 300
+            assert servo.get("goal_current") == servo.get("current_limit") == cap
             assert servo.get("return_delay_time") == 0
             assert servo.get("profile_velocity") == 229
 
