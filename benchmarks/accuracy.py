@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 OBJECTS = ("can", "mug", "banana", "box", "bottle", "pear", "padlock", "drill")
 TUNED = {"w_vis": np.array([0.01, 1.0]), "w_tac": 10.0, "w_pen": 10.0}
 SETTINGS: dict[str, dict[str, Any]] = {"weights 1, 1, 1": {}, "tuned weights": TUNED}
+COMPARED = 10  # frames compared with the reference
 SETTLED = 10  # frames after which a tracker counts as tracking
 
 
@@ -36,7 +37,7 @@ def run(frames: int = 100) -> None:
     pin()
     reason = absent()
     text = ["## The same problem", "", AGREEMENT.strip(), ""]
-    agreement = agreements(problems.single_frames(10), theseus=not reason)
+    agreement = agreements(problems.single_frames(COMPARED), theseus=not reason)
     text += [table(agreement)]
     tracked = [
         row

@@ -42,7 +42,7 @@ def _cpu() -> str:
 
 
 def _commit() -> str | None:
-    command = ["git", "-C", str(RESULTS.parent), "describe", "--always", "--dirty"]
+    command = ["git", "-C", str(Path(__file__).parent), "describe", "--always"]
     try:
         return subprocess.run(command, capture_output=True, text=True, check=True).stdout.strip()
     except (OSError, subprocess.CalledProcessError):
@@ -55,7 +55,7 @@ def table(rows: list[dict[str, Any]]) -> str:
     cells = [[_cell(row[column]) for column in columns] for row in rows]
     numeric = [not isinstance(rows[0][column], str) for column in columns]
     widths = [
-        max(len(column), *(len(line[n]) for line in cells)) for n, column in enumerate(columns)
+        max(3, len(column), *(len(line[n]) for line in cells)) for n, column in enumerate(columns)
     ]
 
     def line(texts: list[str]) -> str:
@@ -80,14 +80,12 @@ def _cell(value: Any) -> str:
     return "-" if value is None else str(value)
 
 
-def save(
-    name: str, text: str, data: dict[str, Any], figures: dict[str, Figure], folder: Path = RESULTS
-) -> None:
-    """Print the text, and write ``name``.md, ``name``.json and the figures into the folder."""
-    folder.mkdir(parents=True, exist_ok=True)
+def save(name: str, text: str, data: dict[str, Any], figures: dict[str, Figure]) -> None:
+    """Print the text, and write ``name``.md, ``name``.json and the figures into ``RESULTS``."""
+    RESULTS.mkdir(parents=True, exist_ok=True)
     print(text)
-    (folder / f"{name}.md").write_text(text + "\n", encoding="utf-8")
+    (RESULTS / f"{name}.md").write_text(text + "\n", encoding="utf-8")
     content = json.dumps({"machine": machine()} | data, indent=1)
-    (folder / f"{name}.json").write_text(content + "\n", encoding="utf-8")
+    (RESULTS / f"{name}.json").write_text(content + "\n", encoding="utf-8")
     for figure_name, figure in figures.items():
-        figure.savefig(folder / f"{figure_name}.png", dpi=120)
+        figure.savefig(RESULTS / f"{figure_name}.png", dpi=120)

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import gc
 import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -34,7 +33,6 @@ def run(frames: int = 100_000, solver: str = "lm") -> None:
         T_wo = solved.T_wo[0]
         times.append(solved.time.cpu)
         if (n + 1) % every == 0:
-            gc.collect()
             samples.append(
                 {
                     "frame": n + 1,

@@ -31,7 +31,6 @@ class AutodiffSolver:
         self, problem: Problem, dtype: str = "float32", device: str = "cpu", stacked: bool = True
     ) -> None:
         self.frames = Frames(problem, getattr(torch, dtype), device)
-        self.damping = problem.damping
         self.field = Field(problem, self.frames.dtype, device)
         begins, ends = problem.offsets[:-1], problem.offsets[1:]
         self.points_p = [
@@ -95,7 +94,7 @@ class AutodiffSolver:
         """Object poses (B, 4, 4)."""
         with torch.no_grad(), th.no_lie_group_check(silent=True):
             values, _ = self.layer.forward(
-                self._named(inputs), optimizer_kwargs={"damping": self.damping}
+                self._named(inputs), optimizer_kwargs={"damping": self.frames.damping}
             )
             return as_matrices(values["pose"])
 

@@ -23,6 +23,8 @@ class Frames:
         self.T_wp = self._tensor(problem.T_wp[:, :, :3])
         self.T_visual = self._tensor(problem.T_visual[:, :3])
         self.contacts = self._tensor(problem.contacts)
+        # As a plain float it would be rounded to single precision inside Theseus, whatever the problem's.
+        self.damping = torch.tensor(problem.damping, dtype=dtype, device=device)
 
     def inputs(self, frames: slice, T_start: np.ndarray) -> dict[str, torch.Tensor]:
         """These frames and their starts (B, 4, 4)."""

@@ -154,7 +154,6 @@ class TheseusSolver:
         sampler: str = "grid_sample",
     ) -> None:
         self.frames = Frames(problem, getattr(torch, dtype), device)
-        self.damping = problem.damping
         self.search = PadSearch(problem, self.frames.dtype, device, sampler)
         self.contacts = self.frames.contacts[:, self.search.order]
         self.objective = th.Objective(dtype=self.frames.dtype)
@@ -190,7 +189,7 @@ class TheseusSolver:
         """Object poses (B, 4, 4)."""
         with torch.inference_mode(), th.no_lie_group_check(silent=True):
             self._place(inputs)
-            self.optimizer.optimize(damping=self.damping)
+            self.optimizer.optimize(damping=self.frames.damping)
             return as_matrices(self.objective.get_optim_var("pose").tensor)
 
     def linearise(self, inputs: dict[str, torch.Tensor]) -> dict[str, np.ndarray]:

@@ -67,7 +67,7 @@ class Lie:
         vee[5, 0] = vee[6, 1] = vee[1, 2] = -0.5
 
         def constant(value: object) -> torch.Tensor:
-            return torch.as_tensor(value).to(device=device, dtype=dtype)
+            return torch.as_tensor(value, dtype=dtype, device=device)
 
         self.hat, self.ad = constant(hat.reshape(16, 6).T), constant(ad.reshape(36, 6).T)
         self.vee, self.skew = constant(vee), constant(E.reshape(9, 3).T)

@@ -1,0 +1,82 @@
+# SPDX-License-Identifier: MIT
+"""The commands from end to end, short, without Theseus."""
+
+import json
+import os
+
+import pytest
+from typer.testing import CliRunner
+
+from benchmarks import accuracy, floor, problems, report, scaling, soak, speed
+from benchmarks.__main__ import app
+
+
+@pytest.fixture
+def results(tmp_path, monkeypatch):
+    """Results go to a temporary folder, fields are coarse, and Theseus is absent."""
+    cores = os.sched_getaffinity(0)  # the commands pin themselves to one
+    fine = problems.lump
+    monkeypatch.setattr(report, "RESULTS", tmp_path)
+    monkeypatch.setattr(problems, "lump", lambda resolution=32, seed=0: fine(resolution, seed))
+    for module in (accuracy, scaling, speed):
+        monkeypatch.setattr(module, "absent", lambda: "no Theseus here")
+    yield tmp_path
+    os.sched_setaffinity(0, cores)
+
+
+def run(*arguments):
+    result = CliRunner().invoke(app, arguments, catch_exceptions=False)
+    assert result.exit_code == 0
+    return result.output
+
+
+def test_speed_measures_ours_alone_where_theseus_is_absent(results):
+    output = run("speed", "--frames", "20")
+    assert "no Theseus here" in output
+    assert "vtgtsam fixed-damping" in output
+    data = json.loads((results / "speed.json").read_text())
+    assert data["machine"]["gtsam"]
+    assert all(case["vtgtsam lm"]["median_ms"] > 0 for case in data["cases"].values())
+    assert (results / "speed.png").stat().st_size > 1000
+
+
+def test_accuracy_compares_with_the_reference_and_with_the_truth(results, monkeypatch):
+    monkeypatch.setattr(accuracy, "OBJECTS", ("ball",))
+    monkeypatch.setattr(accuracy, "COMPARED", 2)
+    output = run("accuracy", "--frames", "20")
+    data = json.loads((results / "accuracy.json").read_text())
+    assert data["agreement"][0]["cost, relative"] < 1e-9
+    assert data["agreement"][0]["pose after 5 steps [m, 1]"] < 1e-6
+    errors = {
+        row["solver"]: row["adds_median_mm"]
+        for row in data["tracking"]
+        if "tuned" in row["setting"]
+    }
+    assert errors["vtgtsam lm"] < errors["visual pose alone"]
+    assert "ball" in output
+
+
+def test_scaling_names_the_slope_of_each_curve(results, monkeypatch):
+    sweep = scaling.Sweep("pads", (4, 8, 16), scaling._pads)
+    monkeypatch.setattr(scaling, "SWEEPS", (sweep,))
+    assert "slope" in run("scaling", "--frames", "20")
+    data = json.loads((results / "scaling.json").read_text())
+    assert len(data["pads"]["ms"]["vtgtsam lm"]) == 3
+    assert (results / "scaling_pads.png").exists()
+
+
+def test_floor_counts_and_times_the_parts_of_a_frame(results, monkeypatch):
+    monkeypatch.setattr(floor, "CASES", (("tracked", True),))
+    monkeypatch.setattr(floor, "COUNTED", 1)
+    monkeypatch.setattr(floor, "TIMED", 5)
+    assert "times the least" in run("floor", "--frames", "20")
+    data = json.loads((results / "floor.json").read_text())
+    counts = data["tracked, fixed-damping"]["counts"]
+    assert counts["search"] >= 6  # a pose a step, and the last
+    assert 16 <= counts["exact"] < 7236 * counts["search"]
+
+
+def test_soak_reports_growth(results, monkeypatch):
+    monkeypatch.setattr(soak, "CYCLE", 20)
+    assert "memory grew by" in run("soak", "--frames", "100")
+    assert len(json.loads((results / "soak.json").read_text())["samples"]) == 50
