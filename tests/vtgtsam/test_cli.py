@@ -2,17 +2,14 @@
 import os
 import subprocess
 import sys
-from pathlib import Path
 
 import pandas as pd
 import pytest
 import trimesh
+from held_box import HAND_XML, write_grasp
 
 import vtgtsam
 from vtgtsam import GridSdf, cli
-
-sys.path.insert(0, str(Path(__file__).parent / "evaluation"))
-from held_box import HAND_XML, write_grasp  # noqa: E402
 
 
 @pytest.fixture
