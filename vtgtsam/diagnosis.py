@@ -67,7 +67,8 @@ def _linearized(
         return np.zeros((6, 6)), np.zeros(6)
     values = gtsam.Values()
     values.insert(key, T_wo)
-    return as_graph(factors).linearize(values).hessian()
+    information, gradient = as_graph(factors).linearize(values).hessian()
+    return np.ascontiguousarray(information), gradient
 
 
 def _newton_step_length(information: np.ndarray, gradient: np.ndarray) -> float:

@@ -55,6 +55,7 @@ class PoseEstimator:
         self._closest = ClosestPoints(hand, obj.sdf)
         self._graphs = GraphBuilder(self._closest, len(hand), self.config)
         self._T_wo: gtsam.Pose3 | None = None
+        self._warm_up()
 
     def reset(self, T_wo: gtsam.Pose3 | None = None) -> None:
         """Forget; the next frame starts at T_wo, or at its visual pose where T_wo is None."""
@@ -85,6 +86,14 @@ class PoseEstimator:
         )
         self._T_wo = estimate.T_wo
         return estimate
+
+    def _warm_up(self) -> None:
+        """Run one frame, so that whatever is compiled is compiled before the first real one."""
+        count = len(self.hand)
+        T_wp = np.tile(np.eye(4), (count, 1, 1))
+        touching = np.ones(count, dtype=bool)
+        self.update(Measurement(0.0, touching, T_wp=T_wp, T_wo_visual=gtsam.Pose3()))
+        self.reset()
 
     def _fused(self, frame: Frame, start: gtsam.Pose3) -> Estimate:
         factors = self._graphs.build(frame)

@@ -109,7 +109,7 @@ def pad_poses(measurement: Measurement, hand: PadSet) -> np.ndarray:
         if measurement.joints is None:
             raise ValueError("the measurement has neither joints nor T_wp; give one of them")
         return hand.pad_transforms(measurement.joints, measurement.T_wh)
-    T_wp = np.ascontiguousarray(measurement.T_wp, dtype=np.float64)
+    T_wp = np.array(measurement.T_wp, dtype=np.float64, order="C")  # compiled code wants its own
     if T_wp.shape != (len(hand), 4, 4):
         raise ValueError(f"T_wp must have shape ({len(hand)}, 4, 4), got {T_wp.shape}")
     if np.isfinite(T_wp).all() and not _are_poses(T_wp):

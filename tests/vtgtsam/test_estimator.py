@@ -18,8 +18,11 @@ from vtgtsam import (
     load_hand,
 )
 from vtgtsam.covariance import covariance_of
-from vtgtsam.frame import check
+from vtgtsam.factors.penetration import penetration_residual
+from vtgtsam.factors.tactile import tactile_residual
+from vtgtsam.frame import _are_poses, check
 from vtgtsam.graph import OBJECT, as_graph
+from vtgtsam.sdf.search import closest_on_pads, points_in_world
 
 CONFIGS = [
     EstimatorConfig.simulation(),
@@ -312,3 +315,21 @@ def test_a_hand_with_kinematics_is_the_same_hand_with_given_pad_poses():
         Measurement(joints=joints | {hand.joint_names[3]: np.nan}, T_wh=T_wh, **common)
     )
     assert broken.status == "invalid"
+
+
+@pytest.mark.parametrize("config", CONFIGS)
+def test_nothing_is_compiled_after_construction(config):
+    pads, obj, measurement, _ = frame(16)
+    functions = [closest_on_pads, points_in_world, covariance_of, tactile_residual]
+    functions += [penetration_residual, _are_poses]
+    estimator = PoseEstimator(pads, obj, config)
+    compiled = [len(function.signatures) for function in functions]
+    T_wp = np.asfortranarray(measurement.T_wp)
+    T_wp.flags.writeable = False
+    nothing = np.zeros(8, bool)
+    estimator.update(replace(measurement, T_wo_visual=None))  # waiting
+    estimator.update(replace(measurement, T_wp=T_wp))
+    estimator.update(replace(measurement, time=np.nan))  # invalid
+    estimator.update(replace(measurement, T_wo_visual=None, contacts=nothing))
+    assert [len(function.signatures) for function in functions] == compiled
+    assert all(compiled)

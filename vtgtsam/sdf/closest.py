@@ -60,7 +60,6 @@ class ClosestPoints:
         self._wanted = self._all
         self._T_wp = np.tile(np.eye(4), (count, 1, 1))
         self._T_wo = b""
-        self.at(gtsam.Pose3())  # compiles here, not in the control loop
 
     def place(self, T_wp: np.ndarray, touching: np.ndarray | None = None) -> None:
         """Move the pads for the frame that begins.
@@ -70,7 +69,9 @@ class ClosestPoints:
             touching: Indices of the pads in contact, shape (N,). The others matter only where they reach into the
                 object, and are left out elsewhere. None: no pad is left out.
         """
-        self._T_wp = np.ascontiguousarray(T_wp, dtype=np.float64)
+        self._T_wp = np.array(
+            T_wp, dtype=np.float64, order="C"
+        )  # never read-only, nor Fortran's order
         self._wanted = self._all
         if touching is not None:
             self._wanted = np.zeros(len(self._all), dtype=bool)
