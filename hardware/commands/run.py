@@ -31,7 +31,8 @@ if TYPE_CHECKING:
     from vtgtsam import EstimatorConfig
 
 # A computer that emulates a hand beside driving it may pause either for longer than a real hand allows.
-EMULATED = {"patience": 0.1, "watchdog": 1.0}  # [s]
+EMULATED = {"patience": 0.5, "watchdog": 2.5}  # [s]
+EMULATED_GIVE_UP = 10.0  # [s], real: 1 s
 CONFIGS = ("tuned", "simulation", "real_world")
 
 
@@ -63,6 +64,7 @@ def run(
     """Close the hand round an object, track it, and record everything."""
     from hardware.emulate.rig import wiring_of
     from hardware.live.devices import Ports, real_devices
+    from hardware.live.guard import GIVE_UP
     from hardware.live.run import Plan
     from hardware.servo.description import load_description
     from sim.description import load_description as load_grasp
@@ -87,6 +89,7 @@ def run(
         images=images,
         seconds=seconds,
         ends_after_grasp=emulate,
+        give_up=EMULATED_GIVE_UP if emulate else GIVE_UP,
     )
     if emulate:
         with _emulated(plan, seed) as devices:
@@ -130,7 +133,7 @@ def _emulated(plan: Plan, seed: int) -> Iterator[Devices]:
             f"emulated hand: servos on {devices.servos}, pads on {devices.pads}, depth images of a "
             f"quarter of the D435's pixels at up to {CAMERA_RATE:.0f} Hz; waits up to "
             f"{1000 * EMULATED['patience']:.0f} ms for servos (real: 12 ms), watchdogs "
-            f"{EMULATED['watchdog']:.0f} s (real: 0.2 s)"
+            f"{EMULATED['watchdog']:g} s (real: 0.2 s)"
         )
         yield devices
 

@@ -5,7 +5,8 @@ A visual pose belongs to the instant of its image and comes late, by exposure, t
 So each frame is fused at its image's instant, with the joints and contacts that held then, and not with
 those of the moment at which the pose happens to arrive. It waits until joints and pads have passed that
 instant, so that nothing that belongs before it is still to come. Without images it goes on at 30 Hz,
-from touch and the hand's shape alone.
+from touch and the hand's shape alone: half a second behind, because images may only be slow, and in
+the present once there has been none for a second.
 
 What is fused is exactly what a reader of the recording finds at the instants of /estimate/object_pose
 (``Recording.measurements(rate="recorded")``): the same poses come out when the run is replayed.
@@ -30,6 +31,8 @@ STREAMS = ("joints", "pads", "vision", "images")  # images: whether or not a pos
 PERIOD_NS = round(1e9 / 30)  # between frames where there are no images
 PATIENCE_NS = 40_000_000  # how long to wait for joints and pads to pass an image's instant
 VISION_HOLD_NS = round(guard.MAX_AGE["vision"] * 1e9)
+LATE_NS = 500_000_000  # how late an image may be and still count where images have become rare
+CAMERA_GONE = 1.0  # [s], without images: none is waited for
 _POLL = 0.005  # [s]
 
 
@@ -117,7 +120,10 @@ class Fusion:
             if image.instant_ns <= known_ns or self._waited(image.instant_ns, now_ns):
                 return image.instant_ns
             return None
-        blind = streams.age("images", now_ns) > guard.MAX_AGE["vision"]
+        silence = streams.age("images", now_ns)
+        if silence < CAMERA_GONE:
+            known_ns = min(known_ns, now_ns - LATE_NS)
+        blind = silence > guard.MAX_AGE["vision"]
         return known_ns if blind and known_ns >= streams.sealed_ns + PERIOD_NS else None
 
     def _waited(self, image_ns: int, now_ns: int) -> bool:

@@ -40,8 +40,8 @@ def may_move(ages: Mapping[str, float]) -> bool:
     return not {"joints", "pads"} & set(stale(ages))
 
 
-def check(ages: Mapping[str, float]) -> None:
-    """LiveError where a stream that the hand cannot do without has been silent for too long."""
+def check(ages: Mapping[str, float], give_up: float = GIVE_UP) -> None:
+    """LiveError where a stream that the hand cannot do without has been silent for ``give_up`` [s]."""
     for name, advice in _ADVICE.items():
-        if ages.get(name, 0.0) > GIVE_UP:
+        if ages.get(name, 0.0) > give_up:
             raise LiveError(f"no {name} for {ages[name]:.1f} s: {advice}")

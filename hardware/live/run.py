@@ -68,6 +68,7 @@ class Plan:
         images: Whether the recording has the images.
         seconds: How long to run after the grasp has begun [s]; None: until it is ended from outside.
         ends_after_grasp: Whether to end when the hand has closed, and held for a moment.
+        give_up: How long joints or pads may be silent before the run ends [s].
     """
 
     description: HandDescription
@@ -81,6 +82,7 @@ class Plan:
     images: bool = True
     seconds: float | None = None
     ends_after_grasp: bool = False
+    give_up: float = guard.GIVE_UP
 
 
 def run(
@@ -238,7 +240,8 @@ class _Run:
         try:
             while not workers.stop.wait(_GLANCE):
                 now_ns, elapsed = self._clock.now_ns(), time.monotonic() - start
-                guard.check({n: self._streams.age(n, now_ns) for n in ("joints", "pads")})
+                ages = {name: self._streams.age(name, now_ns) for name in ("joints", "pads")}
+                guard.check(ages, self._plan.give_up)
                 self._recorder.check()
                 status.show()
                 if fingers.phase is Phase.CLOSED and closed is None:

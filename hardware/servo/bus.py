@@ -154,6 +154,10 @@ class Bus:
         except ServoError as error:
             raise ServoError(f"{error} ({name} := {count})") from error
 
+    def distrust(self) -> None:
+        """Forget what is still on the way before the next question, for it may answer an older one."""
+        self._dirty = True
+
     def reboot(self, servo_id: int) -> None:
         """Restart a servo. It is silent for some 0.3 s; everything in RAM is lost, torque is off."""
         self._ask(servo_id, INST_REBOOT, b"", 0, attempts=1, patience=_PATIENCE)

@@ -23,7 +23,7 @@ from typing import NoReturn
 from numpy.typing import ArrayLike
 
 from . import command, setup, torque
-from .bus import Bus
+from .bus import Bus, SyncRead
 from .description import HandDescription
 from .errors import BusError, CommandError, NoAnswerError, ServoError, TorqueError
 from .guard import MAX_MISSES, Guard, Trouble
@@ -129,9 +129,19 @@ class Hand:
                     self.off()
                 raise
             state = self._tracker.update(read)
+            if any(state.ages[k] > 0 for k in self._answered(read)) or self._goals_differ():
+                self.bus.distrust()  # else every later cycle would get the answers of the one before
             if trouble := self._guard.judge(read, state, self._tracker, self._sent):
                 self._stop(trouble)
             return state
+
+    def _answered(self, read: SyncRead) -> list[int]:
+        """Places of the joints whose servos answered, in time or not."""
+        return [k for k, servo_id in enumerate(self._ids) if servo_id in read.answers]
+
+    def _goals_differ(self) -> bool:
+        """Whether a servo shows another goal than the last one sent."""
+        return any(self._tracker.goals.get(i, goal) != goal for i, goal in self._sent.items())
 
     def command(self, positions: Mapping[str, float] | ArrayLike) -> None:
         """Send goal positions. Nothing is sent where one of them breaks a rule.
