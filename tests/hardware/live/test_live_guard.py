@@ -1,0 +1,68 @@
+# SPDX-License-Identifier: MIT
+from __future__ import annotations
+
+import threading
+
+import pytest
+
+from hardware.live import guard
+from hardware.live.recorder import Recorder
+from hardware.live.workers import Workers
+
+FRESH = {"joints": 0.01, "pads": 0.02, "vision": 0.05}
+
+
+@pytest.mark.parametrize(
+    ("ages", "late", "may_move"),
+    [
+        ({}, (), True),
+        ({"joints": 0.11}, ("joints",), False),
+        ({"pads": 0.11}, ("pads",), False),
+        ({"vision": 0.19}, (), True),
+        ({"vision": 0.21}, ("vision",), True),
+    ],
+)
+def test_fingers_wait_for_joints_and_pads_but_not_for_vision(ages, late, may_move):
+    ages = {**FRESH, **ages}
+    assert guard.stale(ages) == late
+    assert guard.may_move(ages) is may_move
+
+
+def test_a_stream_silent_for_a_second_ends_the_run_with_advice():
+    guard.check({"joints": 0.9, "pads": 0.9, "vision": 60.0})
+    with pytest.raises(
+        guard.LiveError, match=r"no pads for 1\.2 s: is the pad board's cable loose"
+    ):
+        guard.check({"joints": 0.1, "pads": 1.2})
+
+
+def test_one_failing_thread_stops_all_and_the_main_thread_hears_why():
+    others = []
+
+    def fail(stop):
+        raise RuntimeError("unplugged")
+
+    def go_on(stop):
+        others.append(stop.wait(30))
+
+    with Workers() as workers:
+        workers.start("good", go_on)
+        workers.start("bad", fail)
+        assert workers.stop.wait(10)
+        with pytest.raises(RuntimeError, match="unplugged"):
+            workers.check()
+    assert others == [True]
+    assert threading.active_count() < 20
+
+
+class FullDisk:
+    def joint_states(self, time, value):
+        raise OSError("no space left")
+
+    def close(self):
+        pass
+
+
+def test_a_full_disk_is_not_silent():
+    with pytest.raises(OSError, match="no space left"), Recorder(FullDisk()) as recorder:
+        recorder.write("joint_states", 0, 1.0)
