@@ -31,6 +31,7 @@ _START = (
 )
 _WAIT = 5.0  # [s], for an answer or an image
 _JOIN = 5.0  # [s]
+_WATCHDOG = 4.0  # [s], longer than any Bus Watchdog (2.54 s)
 _SWITCH = 0.0005  # [s], after which a computing thread lets others in
 _REST = 1.0  # [s], in which the object comes to rest on the palm
 
@@ -212,7 +213,7 @@ class _Server:
 
     def _tell_torque(self) -> None:
         """The program has ended: does the hand still have torque?"""
-        deadline = time.monotonic() + 2.0
+        deadline = time.monotonic() + _WATCHDOG
         obeying, stopped = self._rig.driven()
         while obeying and time.monotonic() < deadline:
             time.sleep(0.02)

@@ -1,0 +1,138 @@
+# SPDX-License-Identifier: MIT
+"""``python -m hardware run --emulate`` as people start it, and ways in which it may end."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from vtgtsam import EstimatorConfig, PoseEstimator, adds, read_recording
+
+ROOT = Path(__file__).parents[3]
+ENVIRONMENT = {**os.environ, "OMP_NUM_THREADS": "1", "PYTHONUNBUFFERED": "1"}
+WAIT = 300  # [s], a busy machine and an empty cache
+
+
+def _start(*arguments):
+    return subprocess.Popen(
+        [sys.executable, "-m", "hardware", *arguments],
+        cwd=ROOT,
+        env=ENVIRONMENT,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+
+
+def _run(*arguments):
+    process = _start(*arguments)
+    try:
+        out, err = process.communicate(timeout=WAIT)
+    finally:
+        process.kill()
+    return process.returncode, out, err
+
+
+@pytest.mark.slow
+def test_a_replay_of_the_recording_gives_the_poses_of_the_live_run(tmp_path):
+    path = tmp_path / "out.mcap"
+    code, out, err = _run("run", "--emulate", "--object", "can", "--record", str(path))
+    assert code == 0, out + err
+    assert "torque is off" in out
+    assert "sensor-to-pose latency" in out
+
+    recording = read_recording(path)
+    measurements, live = recording.measurements(rate="recorded"), recording.estimates
+    assert len(measurements) == len(live.times) > 30
+    estimator = PoseEstimator(recording.hand, recording.object, EstimatorConfig.tuned())
+    replayed = [estimator.update(measurement).T_wo for measurement in measurements]
+    for T_replayed, T_live in zip(replayed, live.poses, strict=True):
+        # A recorded quaternion has lost its last bits.
+        np.testing.assert_allclose(T_replayed.matrix(), T_live.matrix(), rtol=0, atol=1e-12)
+
+    assert max(np.count_nonzero(m.contacts) for m in measurements) >= 3  # it was a grasp
+    truth = recording.truth_at([m.time for m in measurements])
+    errors = [
+        adds(recording.object.mesh, T_wo, T_true)
+        for T_wo, T_true in list(zip(replayed, truth, strict=True))[::10]
+        if T_true is not None
+    ]
+    assert np.median(errors) < 0.01  # [m]
+    assert json.loads(recording.info["config"])["method"] == "vis+tac+pen"
+
+
+@pytest.fixture
+def closing():
+    """A run whose hand is closing."""
+    process = _start("run", "--emulate", "--object", "can")
+    for line in process.stdout:
+        if "closing" in line:
+            break
+    yield process
+    process.kill()
+    process.communicate()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGHUP, 129)]
+)
+def test_a_signal_ends_it_with_torque_off(closing, number, code):
+    closing.send_signal(number)
+    _, err = closing.communicate(timeout=WAIT)
+    assert closing.returncode == code, err
+    assert "Traceback" not in err
+    assert "torque" not in err  # neither ours nor the emulated hand complains of any left
+
+
+@pytest.mark.slow
+def test_after_kill_9_the_watchdogs_stop_all_servos_and_nothing_is_left_behind(closing):
+    closing.kill()
+    _, err = closing.communicate(timeout=WAIT)  # ends when the rig, which shares stderr, has ended
+    assert "15 servos were stopped by their watchdogs" in err
+
+
+def test_emulate_first_says_where_it_serves():
+    process = _start("emulate")
+    try:
+        ports = json.loads(process.stdout.readline())
+        assert set(ports) == {"servos", "pads"}
+        assert all(Path(port).exists() for port in ports.values())
+        process.send_signal(signal.SIGINT)
+        process.communicate(timeout=WAIT)
+        assert process.returncode == 130
+    finally:
+        process.kill()
+
+
+def test_check_of_the_emulated_hand_finds_every_servo_and_pad():
+    code, out, err = _run("check", "--emulate")
+    assert "15 of 15 answer at 1000000 baud" in out, out + err
+    assert "pad_palm_inner_1 and pad_palm_inner_2:" in out
+    assert "thumb_rotation (servo 24): 5.0 V, 28 °C" in out
+    assert code in (0, 1)  # on a busy machine readings may be rare, and it says so
+
+
+def test_without_devices_it_says_what_to_give():
+    code, _, err = _run("run", "--object", "can", "--pads", "/dev/null")
+    assert code == 2
+    assert "--servos" in err and "--emulate" in err
+    code, out, _ = _run("check")
+    assert code == 1
+    assert "give their port with --servos" in out
+
+
+def test_calibrate_wrist_writes_what_a_run_reads(tmp_path):
+    from hardware.camera.wrist import load_wrist
+
+    path = tmp_path / "wrist.yaml"
+    code, out, err = _run("calibrate-wrist", "--emulate", "--wrist", str(path))
+    assert code == 0, out + err
+    assert load_wrist(path).translation()[2] > 0.2  # [m], in front of the camera
