@@ -54,7 +54,8 @@ DENSITY = 500.0  # [kg/m^3]
 MAX_MASS = 0.5  # [kg]
 
 # A grasp is accepted where it holds.
-MAX_REST_SPEED = 0.02  # [m/s], of the object when the grasp begins and when the turn begins
+MAX_REST_SPEED = 0.05  # [m/s], of the object when the grasp begins (paper: "mostly static")
+MAX_HELD_SPEED = 0.02  # [m/s], of the object when the turn begins
 MAX_SLIP = 0.03  # [m], of the object in the hand from before the turn to the end
 MIN_PADS = 2  # touched in all
 MIN_FINGER_PADS = 1  # touched on fingers and thumb: what only lies on the palm is not grasped

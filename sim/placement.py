@@ -31,17 +31,22 @@ def vary(
 
 
 def occ(T_wo: np.ndarray, mesh: trimesh.Trimesh, rng: np.random.Generator) -> np.ndarray:
-    """A start pose of the dataset ``occ``: ``T_wo`` turned about the vertical by up to 5 degrees.
+    """A start pose of the dataset ``occ``: ``T_wo`` turned about the vertical by up to 5 degrees."""
+    return turned(T_wo, mesh, rng.uniform(-MAX_YAW, MAX_YAW))
 
-    The axis goes through the middle of the object, which starts a little above where it rested.
+
+def turned(T_wo: np.ndarray, mesh: trimesh.Trimesh, yaw: float) -> np.ndarray:
+    """A pose turned about the vertical through the object's middle by ``yaw`` [rad].
+
+    The object is also lifted a little, so that it is clear of what it lay on.
     """
-    yaw = Rotation.from_euler("z", rng.uniform(-MAX_YAW, MAX_YAW)).as_matrix()
+    R = Rotation.from_euler("z", yaw).as_matrix()
     center_o = mesh.bounds.mean(axis=0)
-    turned = T_wo.copy()
-    turned[:3, :3] = yaw @ T_wo[:3, :3]
-    turned[:3, 3] += (T_wo[:3, :3] - turned[:3, :3]) @ center_o
-    turned[2, 3] += 2 * CLEARANCE
-    return turned
+    T = T_wo.copy()
+    T[:3, :3] = R @ T_wo[:3, :3]
+    T[:3, 3] += (T_wo[:3, :3] - T[:3, :3]) @ center_o
+    T[2, 3] += 2 * CLEARANCE
+    return T
 
 
 def above_palm(

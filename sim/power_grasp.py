@@ -17,13 +17,13 @@ from vtgtsam.cache import cached_arrays
 from vtgtsam.meshes import sha256_of
 
 from . import constants as c
-from .placement import above_palm
+from .placement import MAX_YAW, above_palm, turned
 from .simulate import Rejected, Trajectory, simulate
 from .world import World
 
 MAX_LIFT = 0.04  # [m], higher up only the thumb is in the way
 YAWS = np.deg2rad(np.arange(0, 180, 45))  # [rad]
-_VERSION = "1"  # raise when the search is to give other poses
+_VERSION = "2"  # raise when the search is to give other poses
 
 
 def power_grasp(world: World) -> np.ndarray | None:
@@ -42,9 +42,19 @@ def _search(world: World) -> np.ndarray:
             trajectory = simulate(world, _lowest(world, R_wo))
         except Rejected:
             continue
-        if (score := _coverage(trajectory)) > best_score:
-            best, best_score = trajectory.T_wo[0], score
+        rest, score = trajectory.T_wo[0], _coverage(trajectory)
+        if score > best_score and _has_room(world, rest):
+            best, best_score = rest, score
     return best
+
+
+def _has_room(world: World, T_wo: np.ndarray) -> bool:
+    """Whether the object is clear of the hand wherever the dataset ``occ`` turns it to."""
+    for yaw in np.linspace(-MAX_YAW, MAX_YAW, 5):
+        world.place(turned(T_wo, world.obj.mesh, yaw))
+        if world.overlap_with_hand() > 0.0:
+            return False
+    return True
 
 
 def _lowest(world: World, R_wo: np.ndarray) -> np.ndarray:

@@ -14,7 +14,7 @@ import mujoco
 import numpy as np
 
 from vtgtsam import HandModel, ObjectModel
-from vtgtsam.hand_file import compile_hand, find_pads, parse_spec, read_spec
+from vtgtsam.hand_file import PadBox, compile_hand, find_pads, parse_spec, read_spec
 from vtgtsam.pads import RIM
 
 from . import constants as c
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 WRIST, OBJECT, CAMERA = "wrist", "object", "camera"
 HAND = "hand/"  # begins the name of everything that comes from the hand's file
-VISIBLE, CONTACT_ONLY = 1, 3  # geom groups; MuJoCo shows 0-2
+VISIBLE, CONTACT_ONLY, HIDDEN = 1, 3, 4  # groups; MuJoCo and the camera show 0-2
 # Every geom of the hand that touches anything touches the object, whatever bits its author chose; pads
 # have a bit of their own and touch nothing else.
 _OBJECT_BITS, _PAD_BIT = 0x7FFFFFFF, 1 << 30
@@ -92,25 +92,38 @@ def _extended_hand(description: GraspDescription, hand: HandModel) -> mujoco.MjS
     for part in [*spec.actuators, *spec.keys, *spec.sensors, *spec.cameras, *spec.lights]:
         spec.delete(part)
     for box in find_pads(hand.model, description.pads):
-        body = spec.body(hand.model.body(box.body).name) if box.body else spec.worldbody
-        for geom in body.geoms:
-            if (geom.name or body.name) == box.name:  # a pad that is a geom in its file
-                geom.contype = geom.conaffinity = 0
-                geom.group = CONTACT_ONLY  # not seen either
-        _add_hull(spec, f"{box.name} contact", rounded_box(box.size))
-        body.add_geom(
-            name=f"{box.name} contact",
-            type=mujoco.mjtGeom.mjGEOM_MESH,
-            meshname=f"{box.name} contact",
-            pos=box.T_bp[:3, 3],
-            quat=_quat(box.T_bp[:3, :3]),
-            mass=0,
-            contype=0,
-            conaffinity=_PAD_BIT,
-            group=VISIBLE,
-            rgba=(0.95, 0.75, 0.2, 1),
-        )
+        body = spec.body(hand.model.body(box.body).name)
+        _hide(body, box.name)
+        _add_pad(spec, body, box)
     return spec
+
+
+def _hide(body: mujoco.MjsBody, name: str) -> None:
+    """Hide the box by which the hand's file describes a pad; the pad's own geometry replaces it."""
+    for site in body.sites:
+        if site.name == name:
+            site.group = HIDDEN
+    for geom in body.geoms:
+        if (geom.name or body.name) == name:
+            geom.group = HIDDEN
+            geom.contype = geom.conaffinity = 0
+
+
+def _add_pad(spec: mujoco.MjSpec, body: mujoco.MjsBody, box: PadBox) -> None:
+    name = f"{box.name} contact"
+    _add_hull(spec, name, rounded_box(box.size))
+    body.add_geom(
+        name=name,
+        type=mujoco.mjtGeom.mjGEOM_MESH,
+        meshname=name,
+        pos=box.T_bp[:3, 3],
+        quat=_quat(box.T_bp[:3, :3]),
+        mass=0,
+        contype=0,
+        conaffinity=_PAD_BIT,
+        group=VISIBLE,
+        rgba=(0.95, 0.75, 0.2, 1),
+    )
 
 
 def rounded_box(size: np.ndarray) -> np.ndarray:

@@ -131,7 +131,7 @@ def _check_rest(world: World) -> None:
 def _check_grasp(world: World) -> None:
     if not _grasped(world):
         raise Rejected("is not grasped when the hand has closed")
-    if world.object_speed() > c.MAX_REST_SPEED:
+    if world.object_speed() > c.MAX_HELD_SPEED:
         raise Rejected("still moves when the hand has closed")
 
 

@@ -68,6 +68,8 @@ def _keep_links(spec: mujoco.MjSpec) -> mujoco.MjSpec:
     spec.compiler.boundmass = max(spec.compiler.boundmass, 1e-6)
     spec.compiler.boundinertia = max(spec.compiler.boundinertia, 1e-9)
     spec.compiler.balanceinertia = True
+    for index, body in enumerate(spec.bodies):
+        body.name = body.name or f"body {index}"
     return spec
 
 

@@ -17,3 +17,4 @@ def shorten(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(constants, "MIN_FINGER_PADS", 0)
     monkeypatch.setattr(constants, "MAX_SLIP", 1.0)
     monkeypatch.setattr(constants, "MAX_REST_SPEED", 1.0)
+    monkeypatch.setattr(constants, "MAX_HELD_SPEED", 1.0)

@@ -105,3 +105,33 @@ def test_it_grasps_a_box_and_holds_it_through_the_turn(world):
     held = trajectory.time >= c.TURN_START
     T_ho = np.linalg.solve(trajectory.T_wh, trajectory.T_wo)
     assert np.ptp(T_ho[held, :3, 3], axis=0).max() < c.MAX_SLIP
+
+
+def test_bodies_without_names_will_do(tmp_path):
+    (tmp_path / "flat.xml").write_text("""
+        <mujoco>
+          <worldbody>
+            <site name="pad_base" type="box" size="0.05 0.05 0.001"/>
+            <body>
+              <body pos="0.1 0 0">
+                <joint name="bend" axis="0 -1 0" range="0 90"/>
+                <geom type="capsule" fromto="0 0 0 0.05 0 0" size="0.01"/>
+                <site name="pad_tip" type="box" pos="0.03 0 0.01" size="0.01 0.01 0.001"/>
+              </body>
+            </body>
+          </worldbody>
+        </mujoco>""")
+    (tmp_path / "flat.yaml").write_text("""
+        hand: flat.xml
+        fingers: [[bend]]
+        palm: {center: [0, 0, 0], normal: [0, 0, 1], fingers: [1, 0, 0]}""")
+    description = load_description(tmp_path / "flat.yaml")
+    mesh = trimesh.creation.box((0.04, 0.04, 0.04))
+    obj = ObjectModel("box", build_sdf(mesh, 16), mesh)
+    world = World(description, description.load_hand(), obj)
+    world.place(above_palm(description, mesh, np.eye(3)))
+    for _ in range(500):
+        world.step()
+    world.refresh()
+    assert (world.touch()[0] > 0).tolist() == [True, False]
+    assert world.on_fingers.tolist() == [False, True]
