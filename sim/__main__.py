@@ -118,21 +118,6 @@ def look(
     typer.echo(f"wrote {out}")
 
 
-@app.command()
-def look(
-    recording: Annotated[Path, typer.Argument(help="A recording of the simulator.")],
-    out: Annotated[Path, typer.Option(help="Picture to write, .png.")],
-    columns: Annotated[int, typer.Option(min=1, help="Number of instants to show.")] = 4,
-) -> None:
-    """Draw a recording from the camera and from the side, pads in contact lit up."""
-    from .look import contact_sheet, save_png
-
-    if out.suffix != ".png":
-        raise typer.BadParameter(f"expected a .png file, got {out.name!r}", param_hint="--out")
-    save_png(contact_sheet(recording, columns), out)
-    typer.echo(f"{out}: {columns} instants")
-
-
 def _numbers(text: str, option: str) -> list[float]:
     try:
         numbers = [float(word) for word in text.split(",")]

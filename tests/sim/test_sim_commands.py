@@ -7,12 +7,10 @@ import time
 from collections import Counter
 from pathlib import Path
 
-import numpy as np
 import pytest
-from PIL import Image
 from typer.testing import CliRunner
 
-from sim import datasets, look
+from sim import datasets
 from sim.__main__ import app
 from sim.datasets import Outcome
 from sim.objects import BUILT_IN, YCB, object_names
@@ -122,27 +120,6 @@ def test_the_17_objects_are_built_in_and_unknown_ones_refused(tmp_path):
         object_names(["can", "teapot"], None)
     with pytest.raises(MeshError, match="is no directory"):
         object_names(None, tmp_path / "nothing")
-
-
-def test_look_writes_the_sheet(tmp_path, monkeypatch):
-    asked = []
-
-    def sheet(recording, columns):
-        asked.append((recording, columns))
-        return np.full((20, 30, 3), 7, np.uint8)
-
-    monkeypatch.setattr(look, "contact_sheet", sheet)
-    arguments = ["look", "a.mcap", "--out", str(tmp_path / "a.png"), "--columns", "3"]
-    result = CliRunner().invoke(app, arguments)
-    assert result.exit_code == 0, result.output
-    assert asked == [(Path("a.mcap"), 3)]
-    assert np.array(Image.open(tmp_path / "a.png")).shape == (20, 30, 3)
-
-
-def test_look_refuses_other_kinds_of_pictures(tmp_path):
-    result = CliRunner().invoke(app, ["look", "a.mcap", "--out", str(tmp_path / "a.gif")])
-    assert result.exit_code == 2
-    assert "expected a .png file" in result.output
 
 
 @pytest.mark.skipif("VTGTSAM_YCB" not in os.environ, reason="VTGTSAM_YCB names no YCB meshes")
