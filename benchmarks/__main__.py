@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import os
+from pathlib import Path
 from typing import Annotated
 
 os.environ.setdefault(
@@ -18,11 +19,14 @@ app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_
 @app.command()
 def speed(
     frames: Annotated[int, typer.Option(min=20, help="Frames a solver and problem.")] = 300,
+    recording: Annotated[
+        Path | None, typer.Option(help="A recorded sequence to time as well.", exists=True)
+    ] = None,
 ) -> None:
     """Time a frame, taking turns with Theseus on the same core."""
     from .speed import run
 
-    run(frames)
+    run(frames, recording)
 
 
 @app.command()
@@ -64,6 +68,18 @@ def soak(
     from .soak import run
 
     run(frames, solver)
+
+
+@app.command()
+def evaluation(
+    recordings: Annotated[
+        Path | None, typer.Option(help="Recordings; simulated where not given.", exists=True)
+    ] = None,
+) -> None:
+    """Time the evaluation of recordings: parts of a sequence, folders, two processes."""
+    from .evaluation import run
+
+    run(recordings)
 
 
 @app.callback()

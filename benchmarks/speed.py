@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from . import problems
@@ -12,6 +13,7 @@ from .clock import pin
 from .measure import Times, in_batches, ratio, take_turns
 from .ours import Ours
 from .problem import Problem
+from .recorded import as_problem
 from .report import machine, save, table
 from .solver import Solver
 from .theseus_process import TheseusProcess, absent, cuda_device
@@ -79,7 +81,7 @@ def autodiff(problem: Problem) -> list[Solver]:
     ]
 
 
-def run(frames: int = 300) -> None:
+def run(frames: int = 300, recording: Path | None = None) -> None:
     """Measure, and write ``speed.md``, ``speed.json`` and ``speed.png``."""
     core, reason = pin(), absent()
     text = [f"One core ({core}), one thread, {machine()['cpu']}."]
@@ -87,7 +89,11 @@ def run(frames: int = 300) -> None:
     if reason:
         text.append(f"Without Theseus: {reason}.")
     measured: dict[str, list[Times]] = {}
-    for number, case in enumerate(cases(frames)):
+    chosen = cases(frames)
+    if recording is not None:
+        title = f"Recorded grasp {recording.stem}, tracked"
+        chosen.append(Case(title, as_problem(recording), tracked=True))
+    for number, case in enumerate(chosen):
         times = compare(case, ours if reason else lambda p: [*ours(p), *theseus(p)], frames)
         if number == 0 and not reason:
             times += compare(case, autodiff, 20)
@@ -105,7 +111,8 @@ def compare(case: Case, build: Callable[[Problem], list[Solver]], frames: int) -
     """Time the solvers on a case."""
     solvers = build(case.problem)
     try:
-        return take_turns(solvers, case.problem, frames, case.block, case.tracked)
+        count = min(frames, case.problem.frames)
+        return take_turns(solvers, case.problem, count, case.block, case.tracked)
     finally:
         for solver in solvers:
             solver.close()

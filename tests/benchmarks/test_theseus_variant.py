@@ -62,7 +62,13 @@ def test_ours_has_the_references_objective_and_steps(problem):
 
 
 @needs_theseus
-@pytest.mark.parametrize("variant", VARIANTS)
+@pytest.mark.parametrize(
+    "variant",
+    [
+        pytest.param(name, marks=[pytest.mark.slow] if "autodiff" in name else [])
+        for name in VARIANTS
+    ],
+)
 def test_theseus_has_the_references_objective_and_steps(problem, variant):
     reference = Reference(problem)
     solver = TheseusProcess(problem, variant, dtype="float64", **VARIANTS[variant])
