@@ -132,7 +132,7 @@ class Rig:
         """How many servos obey their goals with torque on, and how many their watchdog has stopped."""
         with self.servos.lock:
             on = [servo for servo in self.servos.servos.values() if servo.torque]
-            stopped = sum(servo.get("bus_watchdog") == -1 for servo in on)
+            stopped = sum(servo.tripped for servo in on)
             return len(on) - stopped, stopped
 
     def _forces(self, elapsed: float) -> tuple[np.ndarray, np.ndarray]:
