@@ -105,7 +105,7 @@ def test_a_cluster_that_loses_a_worker_gives_the_same_bytes(grasps, undisturbed,
 def scheduler_address(contact: Path, workers: int) -> str:
     from distributed import Client
 
-    wait_until(contact.exists)
+    wait_until(lambda: contact.exists() and contact.read_text().endswith("}"))  # written in full
     address = json.loads(contact.read_text())["address"]
     with Client(address, set_as_default=False) as client:
         client.wait_for_workers(workers, timeout=60)
