@@ -128,14 +128,13 @@ class World:
 
     def _pads_touched(self) -> np.ndarray:
         """For each contact the pad that the object touches, or -1."""
-        first, second = self.data.contact.geom[:, 0], self.data.contact.geom[:, 1]
-        pads = np.where(self._object_geoms[first], self._pad_of_geom[second], -1)
-        return np.where(self._object_geoms[second], self._pad_of_geom[first], pads)
+        geoms = self.data.contact.geom
+        with_object = self._object_geoms[geoms].any(axis=1)
+        return np.where(with_object, self._pad_of_geom[geoms].max(axis=1), -1)
 
     def overlap_with_hand(self) -> float:
         """Deepest overlap of the object with any part of the hand [m]; 0 where there is none."""
-        geoms = self.data.contact.geom
-        with_object = self._object_geoms[geoms].any(axis=1) if len(geoms) else np.zeros(0, bool)
+        with_object = self._object_geoms[self.data.contact.geom].any(axis=1)
         return float(np.max(-self.data.contact.dist[with_object], initial=0.0))
 
     def _pose(self, body: str) -> np.ndarray:

@@ -6,11 +6,14 @@ from dataclasses import astuple
 import numpy as np
 import pytest
 import trimesh
+from short_course import shorten
 
 from sim import constants as c
 from sim.description import load_description
+from sim.grasp import GraspController
 from sim.placement import above_palm
 from sim.sampling import NotGraspable, sample_sequence
+from sim.scene import OBJECT
 from sim.simulate import Rejected, simulate, wrist_angle
 from sim.world import World
 from vtgtsam import ObjectModel, build_sdf
@@ -47,6 +50,21 @@ def test_samples_come_at_100_hz_and_frames_every_33_ms(trajectory):
     frames = np.isin(np.round(trajectory.frame_time * 1e3), np.round(trajectory.time * 1e3))
     np.testing.assert_array_equal(trajectory.joints[together], trajectory.frame_joints[frames])
     np.testing.assert_array_equal(trajectory.T_wo[together], trajectory.frame_T_wo[frames])
+
+
+def test_poses_and_joints_of_a_sample_are_of_the_same_instant(world, monkeypatch):
+    shorten(monkeypatch)
+    lags = []
+
+    def spied_T_wo(self):
+        T_wo = type(self)._pose(self, OBJECT)
+        lags.append(np.abs(T_wo[:3, 3] - self.data.joint(OBJECT).qpos[:3]).max())
+        return T_wo
+
+    monkeypatch.setattr(World, "T_wo", spied_T_wo)
+    simulate(world, above_palm(world.description, world.obj.mesh, np.eye(3)))
+    assert len(lags) > 30
+    assert max(lags) == 0.0
 
 
 def test_the_same_seed_gives_the_same_bytes_in_a_used_and_in_a_new_world(world, trajectory):
@@ -95,6 +113,7 @@ def test_a_pad_in_contact_lies_on_the_objects_surface(world, trajectory):
 def test_pads_overlap_the_object_by_less_than_a_third_of_a_millimetre(trajectory):
     overlap = trajectory.overlap[trajectory.contacts]
     assert len(overlap) > 1000
+    assert overlap.min() >= 0.0
     assert np.quantile(overlap, 0.95) < 0.0003
 
 
@@ -119,9 +138,11 @@ def test_pads_carry_the_objects_weight_while_it_rests():
     assert all("palm" in world.hand.pad_names[k] for k in np.flatnonzero(force))
 
 
-def test_a_hand_that_closes_on_itself_feels_nothing(world):
-    from sim.grasp import GraspController
-
+@pytest.mark.parametrize("bits", [1, 0x7FFFFFFF])  # as in the hand's file; pads meet links too
+def test_a_hand_that_closes_on_itself_feels_nothing(bits):
+    world = world_with(trimesh.creation.box((0.05, 0.06, 0.045)))
+    links = (world.model.geom_contype > 0) & ~world._object_geoms
+    world.model.geom_contype[links] = bits
     far = np.eye(4)
     far[:3, 3] = (1.0, 0.0, 5.0)
     world.place(far)

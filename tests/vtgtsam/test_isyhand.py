@@ -122,7 +122,10 @@ def test_the_file_compiles_and_steps_without_warnings(hand):
     assert sum(warning.number for warning in data.warning) == 0
 
 
-def test_open_and_closed_hand_do_not_touch_themselves(hand):
+@pytest.mark.parametrize("bend", [0.0, 0.4, 0.8])
+def test_fingers_that_bend_evenly_do_not_touch_each_other(hand, bend):
     data = mujoco.MjData(hand.model)
+    for name in hand.joint_names:
+        data.joint(name).qpos = bend if name.startswith(("index", "middle", "ring")) else 0.0
     mujoco.mj_forward(hand.model, data)
     assert data.ncon == 0
