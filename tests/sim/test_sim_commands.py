@@ -100,7 +100,8 @@ def test_wrong_usage_has_exit_code_2(calls, tmp_path, option, value, words):
     assert calls == []
 
 
-def test_an_expected_error_is_one_line_and_exit_code_1(tmp_path):
+def test_an_expected_error_is_one_line_and_exit_code_1(tmp_path, monkeypatch):
+    monkeypatch.delenv("VTGTSAM_YCB", raising=False)
     arguments = ["--dataset", "vary", "--out", str(tmp_path), "--objects", "teapot"]
     done = subprocess.run(
         [sys.executable, "-m", "sim", "generate", *arguments],
