@@ -28,6 +28,7 @@ ROOM = (
     0.0015  # [m], what object or model may be off before the first step; added to the three above
 )
 SLACK = 0.0005  # [m], what grid and mesh are off even at the right pose
+GRAZING = 0.4  # sine of the angle; a surface seen at a flatter one counts no more for it
 CONVERGED = (5e-4, 2e-5)  # [rad, m], a step below which another one changes nothing
 STEP_SIGMA = np.array(
     [0.05] * 3 + [0.01] * 3
@@ -77,6 +78,7 @@ class Evidence:
         outline: Number of pixels where the pose puts the object.
         surface: Number of those which show its surface there.
         through: Number of those which show something behind it.
+        measured: Number of those which show anything.
         misfit: How much larger the surface's smooth deviations (squared) are than noise and model let
             expect; about 1 at the right pose, larger on a surface that is not the object's.
     """
@@ -100,6 +102,7 @@ class Evidence:
         )
         counts = np.bincount(self.kind.ravel(), minlength=4)
         self.outline = int(np.count_nonzero(self._predicted < np.inf))
+        self.measured = int(counts[1:].sum())
         self.surface = int(counts[kernels.SURFACE])
         self.through = int(counts[kernels.THROUGH])
 
@@ -126,7 +129,7 @@ class Evidence:
             self._predicted,
             self.kind,
             self._view.sigma,
-            SLACK,
+            GRAZING,
             CUTOFF * self._view.sigma + ROOM,
             information,
             gradient,

@@ -28,6 +28,7 @@ COARSE_PIXELS, FINE_PIXELS = 400, 2000  # of the object's outline, for the first
 # A pose is kept while the images do not speak against it, and taken up again only where they speak for it.
 MIN_VISIBLE, MIN_VISIBLE_FOUND = 0.03, 0.15  # share of the outline seen
 MAX_CONTRADICTION, MAX_CONTRADICTION_FOUND = 0.15, 0.05  # share of pixels that see through it
+MISFIT_FOUND = 2.0
 MAX_SIGMA = 0.005  # [m], standard deviation of the object's centre
 FORMS = ("depth", "depth-hand")
 
@@ -94,8 +95,9 @@ class DepthTracker:
 
     def _track(self, view: View, T_co: gtsam.Pose3, T_wc: gtsam.Pose3) -> TrackedPose:
         pose, seen = self._follow(view, T_co)
-        lost = self._search.images > 0
-        good = self._is_good(seen, lost)
+        good = self._is_good(seen, False)
+        if not good and seen.measured < 0.1 * seen.outline:
+            return TrackedPose.lost(seen.visible_fraction)
         if not good:
             pose, seen = self._follow(view, self._search.look(view, T_co, T_wc))
             good = self._is_good(seen, True)
@@ -121,7 +123,7 @@ class DepthTracker:
         if found and (
             seen.visible_fraction < MIN_VISIBLE_FOUND
             or seen.contradiction > MAX_CONTRADICTION_FOUND
-            or seen.misfit > 3.0
+            or seen.misfit > MISFIT_FOUND
         ):
             return False
         if seen.visible_fraction < MIN_VISIBLE or seen.contradiction > MAX_CONTRADICTION:

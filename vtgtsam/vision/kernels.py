@@ -220,7 +220,7 @@ def accumulate(
     predicted: Any,
     kind: Any,
     sigma: float,
-    slack: float,
+    grazing: float,
     cutoff: float,
     information: Any,
     gradient: Any,
@@ -259,7 +259,7 @@ def accumulate(
             else:
                 slope = gx * direction[0] + gy * direction[1] + gz * direction[2]
                 error, tukey = difference * slope, 1.0 - (difference / cutoff) ** 2
-                weight = tukey * tukey / (sigma * sigma * slope * slope + slack * slack)
+                weight = tukey * tukey / (sigma * sigma * (slope * slope + grazing * grazing))
             row[0], row[1], row[2] = gy * pz - gz * py, gz * px - gx * pz, gx * py - gy * px
             row[3], row[4], row[5] = -gx, -gy, -gz
             for i in range(6):
