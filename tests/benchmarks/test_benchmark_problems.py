@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from benchmarks import problems
+from benchmarks.grasps import Grasp
 from benchmarks.problem import Problem
 from vtgtsam import GridSdf, Pad
 
@@ -60,6 +61,21 @@ def test_a_pad_reports_contact_exactly_where_it_is_near_the_true_object(tracked)
             assert (nearest < problems.TOUCH) == tracked.contacts[n, k]
             assert nearest > -2e-3  # no pad reaches through the object's side
     assert 0.5 < tracked.contacts.mean() < 0.95
+
+
+def test_pads_come_to_a_thin_wall_and_not_into_it():
+    axis = np.linspace(-0.06, 0.06, 64)
+    x, y, z = np.meshgrid(axis, axis, axis, indexing="ij")
+    can = np.maximum(np.hypot(x, y) - 0.033, np.abs(z) - 0.04)
+    handle = np.maximum.reduce([np.abs(y) - 0.003, np.abs(z) - 0.04, -x, x - 0.055])  # 6 mm thick
+    grasp = Grasp(
+        np.random.default_rng(0),
+        GridSdf(np.minimum(can, handle), [-0.06] * 3, [0.06] * 3),
+        problems.standard_pads(),
+    )
+    gaps = np.zeros(16)
+    distances = grasp.distances(grasp.closed(grasp.T_op, gaps))
+    np.testing.assert_allclose(distances, gaps, atol=2e-4)
 
 
 def test_starts_and_visual_poses_are_millimetres_and_degrees_from_the_truth():
