@@ -13,7 +13,6 @@ from .motion import random_pose
 
 AZIMUTHS = np.radians([105.0, 180.0, 255.0])  # of a finger's three pads; the palm is at 0
 PALM_SPREAD = np.radians(20.0)
-APPROACH = 0.03  # [m], how far outside a pad begins
 CLOSE, MOST_STEPS = 1e-5, 40  # [m]
 
 
@@ -43,12 +42,11 @@ class Grasp:
             self.T_op[k] = self._facing(rng, azimuth, (n // 2 + 0.5) / max(1, len(palm) / 2))
 
     def closed(self, T_op: np.ndarray, gaps: np.ndarray) -> np.ndarray:
-        """The pads (K, 4, 4) brought up along their normals until they are ``gaps`` (K,) from the object.
+        """The pads (K, 4, 4) moved along their normals until they are ``gaps`` (K,) from the object.
 
-        From outside, and each time by the distance that is left: so a pad comes to a thin wall, not into it.
+        Each step is the distance that is left; out of a deep wall it takes many.
         """
         T_op = T_op.copy()
-        T_op[:, :3, 3] -= APPROACH * T_op[:, :3, 2]
         for _ in range(MOST_STEPS):
             ahead = self.distances(T_op) - gaps
             T_op[:, :3, 3] += ahead[:, None] * T_op[:, :3, 2]

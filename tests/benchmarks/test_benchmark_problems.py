@@ -63,7 +63,7 @@ def test_a_pad_reports_contact_exactly_where_it_is_near_the_true_object(tracked)
     assert 0.5 < tracked.contacts.mean() < 0.95
 
 
-def test_pads_come_to_a_thin_wall_and_not_into_it():
+def test_a_pad_across_a_thin_wall_is_moved_out_of_it():
     axis = np.linspace(-0.06, 0.06, 64)
     x, y, z = np.meshgrid(axis, axis, axis, indexing="ij")
     can = np.maximum(np.hypot(x, y) - 0.033, np.abs(z) - 0.04)
