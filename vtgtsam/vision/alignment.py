@@ -21,18 +21,14 @@ if TYPE_CHECKING:
     from ..sdf.grid import GridSdf
 
 SINGLE = 3.5  # [sigma], a pixel that differs more from the prediction is not the surface
-MEAN = 0.5  # [sigma], the same for the mean over a window
+MEAN = 0.5  # [sigma], the same for the mean over a window, whose own noise is sigma / 5
 WINDOW = 2  # [pixels], how far such a window reaches to each side
 CUTOFF = 3.0  # [sigma], Tukey's
-ROOM = (
-    0.0015  # [m], what object or model may be off before the first step; added to the three above
-)
+ROOM = 0.0015  # [m], added to these three: what the pose may be off before the first step
 SLACK = 0.0005  # [m], what grid and mesh are off even at the right pose
 GRAZING = 0.4  # sine of the angle; a surface seen at a flatter one counts no more for it
+STEP_SIGMA = np.array([0.05, 0.05, 0.05, 0.01, 0.01, 0.01])  # [rad, m], motion between two frames
 CONVERGED = (5e-4, 2e-5)  # [rad, m], a step below which another one changes nothing
-STEP_SIGMA = np.array(
-    [0.05] * 3 + [0.01] * 3
-)  # [rad, m], how far the object may go from one frame to the next
 
 
 class Shape:

@@ -13,9 +13,9 @@ import numpy as np
 from .alignment import Evidence, Shape, align, outline_pixels, stride
 from .view import View
 
-TRIES = 40  # poses judged in one image
-KEPT = 4  # of those, how many are aligned
-COARSE_PIXELS, FINE_PIXELS = 150, 500  # of the object's outline, for judging and for aligning
+TRIES = 30  # poses judged in one image
+KEPT = 3  # of those, how many are aligned
+COARSE_PIXELS, FINE_PIXELS = 100, 400  # of the object's outline, for judging and for aligning
 AGAINST = 3.0  # how many pixels of surface one pixel against a pose outweighs
 FIRST = np.array([0.1, 0.006])  # [rad, m], spread in the first image without the object ...
 GROWTH = np.array([0.02, 0.0015])  # ... what each further one adds ...
