@@ -101,7 +101,7 @@ def run(frames: int = 300, recording: Path | None = None) -> None:
         text += ["", f"## {case.title}", "", table(rows(times))]
         data["cases"][case.title] = {time.name: time.summary() for time in times} | ratios(times)
     if not reason:
-        batches = batched(cases(max(BATCHES))[0].problem)
+        batches = batched(problems.single_frames(max(BATCHES)))
         text += ["", "## Batches of unrelated frames, time a frame [ms]", "", table(batches)]
         data["batches"] = batches
     save("speed", "\n".join(text), data, {"speed": figure(measured)})

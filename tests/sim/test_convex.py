@@ -22,6 +22,12 @@ def corner():
     return trimesh.boolean.union([wide, high])
 
 
+def holds(hull, points):
+    """Which points lie behind every face of a convex part."""
+    outside = np.einsum("pfk,fk->pf", points[:, None] - hull.triangles[:, 0], hull.face_normals)
+    return (outside <= 0).all(axis=1)
+
+
 def test_the_hull_of_a_convex_object_is_its_only_part():
     (part,) = convex_parts(trimesh.creation.icosphere(subdivisions=2, radius=0.03))
     np.testing.assert_allclose(np.linalg.norm(part, axis=1), 0.03)
@@ -34,7 +40,7 @@ def test_an_object_that_is_not_convex_is_cut_into_parts_that_fill_it():
     assert sum(part.volume for part in parts) == pytest.approx(mesh.volume, rel=0.02)
     points = np.random.default_rng(0).uniform(0, (0.06, 0.06, 0.02), (2000, 3))
     inside = (points[:, 0] < 0.02) | (points[:, 1] < 0.02)
-    covered = np.any([part.contains(points) for part in parts], axis=0)
+    covered = np.any([holds(part, points) for part in parts], axis=0)
     assert np.mean(covered == inside) > 0.98  # of the volume; the cut itself is exact to 1 %
 
 
