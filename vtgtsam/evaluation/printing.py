@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from .collect import CONDITION
 from .phases import AFTER, BEFORE
 from .statistics import ALL
-from .summary import CONDITION
 from .tables import Tables
 
 

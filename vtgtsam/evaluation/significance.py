@@ -1,14 +1,18 @@
 # SPDX-License-Identifier: MIT
-"""``tests.csv``: which method is better than which, and whether that could be chance.
+"""Which method is better than which, and whether that could be chance.
 
 As in the paper (section IV-F): Wilcoxon's signed-rank test on paired ADD-S values, two-sided. A sample is
-the median ADD-S of one sequence. In dataset ``occ`` the runs of one object start alike and are not
-independent: there a sample is the mean over an object's runs. Holm's correction spans all tests of one
-condition (dataset, tracker, noise scale).
+the median ADD-S of one sequence, or in dataset ``occ`` the mean of an object's runs (``units``). Holm's
+correction spans the tests that are read together:
+
+- ``tests.csv``: all comparisons and phases of one condition (dataset, tracker, noise scale);
+- ``tests_time.csv``: all time steps of one comparison in one condition;
+- ``tests_noise.csv``: all comparisons and noise scales of one phase, dataset and tracker.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from itertools import combinations
 from typing import Any
 
@@ -16,24 +20,21 @@ import numpy as np
 import pandas as pd
 import scipy.stats
 
-from .statistics import PHASES
-from .summary import CONDITION
+from .bootstrap import median_interval
+from .collect import CONDITION
+from .phases import AFTER, BEFORE
+from .statistics import PHASES, quantile
+from .steps import STEP
+from .units import samples, unit_of
 
 FEWEST = 6  # pairs; with five, the smallest two-sided p of the signed-rank test is 2 / 2^5 = 0.0625
 
-COLUMNS = (
-    *CONDITION,
-    "phase",
-    "comparison",
-    "unit",
-    "n",
-    "n_better",
-    "statistic",
-    "p",
-    "p_holm",
-    "effect_size",
-    "note",
-)
+_RESULT = ("comparison", "unit", "n", "n_better", "statistic", "p", "p_holm", "effect_size", "note")
+_DIFFERENCE = ("difference_mm", "difference_low_mm", "difference_high_mm")
+
+COLUMNS = (*CONDITION, "phase", *_RESULT[:-1], *_DIFFERENCE, "note")
+TIME_COLUMNS = (*CONDITION, "time_start_s", "time_end_s", *_RESULT)
+NOISE_COLUMNS = (*CONDITION, "phase", *_RESULT)
 
 
 def paired_tests(statistics: pd.DataFrame) -> pd.DataFrame:
@@ -41,22 +42,58 @@ def paired_tests(statistics: pd.DataFrame) -> pd.DataFrame:
 
     ``n`` counts pairs, ``n_better`` those where the first-named method's error is smaller.
     ``effect_size`` is the matched-pairs rank-biserial correlation in [-1, 1], positive where the
-    first-named method is better. What cannot be tested has no p, and ``note`` says why.
+    first-named method is better. ``difference_mm`` is the median of how much smaller its error is, with
+    its 95 % bootstrap interval. What cannot be tested has no p, and ``note`` says why.
     """
-    methods = list(dict.fromkeys(statistics["method"]))
     tests = []
-    for condition, table in statistics.groupby(list(CONDITION), sort=True):
-        dataset = str(condition[0])
+    for condition, table in _conditions(statistics):
         family = [
-            dict(zip(CONDITION, condition, strict=True))
-            | {"phase": phase, "comparison": f"{better} vs {baseline}"}
-            | _compare(table[table["phase"] == phase], better, baseline, dataset)
+            condition
+            | {"phase": phase}
+            | _compare(table[table["phase"] == phase], *pair, with_difference=True)
             for phase in PHASES
-            for baseline, better in combinations(methods, 2)
+            for pair in _pairs(statistics)
         ]
         _add_holm(family)
         tests += family
     return pd.DataFrame(tests, columns=list(COLUMNS))
+
+
+def time_tests(steps: pd.DataFrame) -> pd.DataFrame:
+    """Test each method against each one given before it, per condition and time step."""
+    tests = []
+    for condition, table in _conditions(steps):
+        by_step = {int(step): table[table["step"] == step] for step in table["step"].unique()}
+        for pair in _pairs(steps):
+            family = [
+                condition
+                | {"time_start_s": step * STEP, "time_end_s": (step + 1) * STEP}
+                | _compare(by_step[step], *pair)
+                for step in sorted(by_step)
+            ]
+            _add_holm(family)
+            tests += family
+    return pd.DataFrame(tests, columns=list(TIME_COLUMNS))
+
+
+def noise_tests(statistics: pd.DataFrame) -> pd.DataFrame:
+    """Test each method against each one given before it, per noise scale; empty where there is only one.
+
+    The paper looks at the time before the hand turns; what follows is tested as well.
+    """
+    tests = []
+    for _, table in statistics.groupby(["dataset", "tracker"], sort=True):
+        if table["noise_scale"].nunique() < 2:
+            continue
+        for phase in (BEFORE, AFTER):
+            family = [
+                condition | {"phase": phase} | _compare(scale, *pair)
+                for condition, scale in _conditions(table[table["phase"] == phase])
+                for pair in _pairs(statistics)
+            ]
+            _add_holm(family)
+            tests += family
+    return pd.DataFrame(tests, columns=list(NOISE_COLUMNS))
 
 
 def signed_rank(differences: np.ndarray) -> dict[str, Any]:
@@ -92,17 +129,47 @@ def holm(p: np.ndarray) -> np.ndarray:
     return corrected
 
 
-def _compare(table: pd.DataFrame, better: str, baseline: str, dataset: str) -> dict[str, Any]:
-    unit = "object" if dataset == "occ" else "sequence"
-    medians = table.pivot(index=["object", "sequence"], columns="method", values="adds_median_m")
-    medians = medians.reindex(columns=[better, baseline]).dropna()
-    if unit == "object":
-        medians = medians.groupby("object").mean()
-    a, b = medians[better].to_numpy(), medians[baseline].to_numpy()
+def _conditions(statistics: pd.DataFrame) -> Iterator[tuple[dict[str, Any], pd.DataFrame]]:
+    for condition, table in statistics.groupby(list(CONDITION), sort=True):
+        yield dict(zip(CONDITION, condition, strict=True)), table
+
+
+def _pairs(statistics: pd.DataFrame) -> list[tuple[str, str]]:
+    """Each method with each one given before it."""
+    methods = dict.fromkeys(statistics["method"])
+    return [(better, baseline) for baseline, better in combinations(methods, 2)]
+
+
+def _compare(
+    table: pd.DataFrame, better: str, baseline: str, with_difference: bool = False
+) -> dict[str, Any]:
+    """One test on the rows of one condition, one phase or step."""
+    table = table[table["method"].isin([better, baseline])]
+    unit = unit_of(table["dataset"].iloc[0]) if len(table) else "sequence"
+    pairs = samples(table).reindex(columns=[better, baseline])
+    a, b = pairs[better].to_numpy(dtype=float), pairs[baseline].to_numpy(dtype=float)
     with np.errstate(invalid="ignore"):
         differences = np.where(a == b, 0.0, b - a)  # two infinite errors are equal
-    counts = {"unit": unit, "n": len(a), "n_better": int((a < b).sum())}
-    return counts | signed_rank(differences)
+    result = {"comparison": f"{better} vs {baseline}", "unit": unit}
+    result |= {"n": len(a), "n_better": int((a < b).sum())} | signed_rank(differences)
+    missing = table["sequence"].nunique() - _both(table)
+    if missing:
+        words = f"{missing} sequences left out, in which only one of the two has a value"
+        result["note"] = "; ".join(filter(None, (result["note"], words)))
+    return result | _difference(1e3 * differences) if with_difference else result
+
+
+def _both(table: pd.DataFrame) -> int:
+    """Sequences in which two methods have a value."""
+    known = table.dropna(subset="adds_median_m")
+    return int((known.groupby("sequence")["method"].nunique() == 2).sum())
+
+
+def _difference(differences_mm: np.ndarray) -> dict[str, float]:
+    if len(differences_mm) == 0:
+        return {}
+    interval = median_interval(differences_mm) or (np.nan, np.nan)
+    return dict(zip(_DIFFERENCE, (quantile(differences_mm, 0.5), *interval), strict=True))
 
 
 def _add_holm(family: list[dict[str, Any]]) -> None:

@@ -18,6 +18,8 @@ from .phases import AFTER, BEFORE
 ALL = "all"
 PHASES = (ALL, BEFORE, AFTER)
 
+AUC_LIMIT = 0.1  # [m], as PoseCNN (Xiang et al., RSS 2018, section V-B) and YCB-V count
+
 NOT_HELD = (
     "waiting",
     "unobservable",
@@ -41,6 +43,16 @@ def sequence_statistics(metrics: pd.DataFrame) -> list[dict[str, Any]]:
     return [{name: first[name] for name in ("sequence", "object", "dataset")} | row for row in rows]
 
 
+def auc(errors_m: np.ndarray) -> float:
+    """Area under the accuracy-threshold curve of errors (N,) [m] up to 10 cm, in [0, 1].
+
+    As PoseCNN (Xiang et al., RSS 2018): the share of errors below a threshold, averaged over all thresholds
+    from 0 to 10 cm. An error e is below a share 1 - e / 10 cm of the thresholds, so the area is the mean of
+    that; no thresholds need to be sampled.
+    """
+    return float(np.clip(1.0 - errors_m / AUC_LIMIT, 0.0, None).mean())
+
+
 def quantile(values: np.ndarray, q: float) -> float:
     """The q-quantile, linear between neighbours; unlike NumPy's it keeps infinite values apart."""
     ordered = np.sort(values)
@@ -50,20 +62,22 @@ def quantile(values: np.ndarray, q: float) -> float:
 
 
 def _statistics(frames: pd.DataFrame) -> dict[str, Any]:
-    adds = _with_failures(frames["adds_m"])
+    adds = with_failures(frames["adds_m"])
     return {
         "frames": len(frames),
         "frames_without_pose": int(np.isinf(adds).sum()),
         "frames_not_held": int(frames["status"].isin(NOT_HELD).sum()),
         "frames_below_5mm": int((adds < 0.005).sum()),
+        "frames_below_10mm": int((adds < 0.010).sum()),
+        "auc_10cm": auc(adds),
         "adds_median_m": quantile(adds, 0.5),
-        "add_median_m": quantile(_with_failures(frames["add_m"]), 0.5),
-        "translation_median_m": quantile(_with_failures(frames["translation_m"]), 0.5),
-        "rotation_median_rad": quantile(_with_failures(frames["rotation_rad"]), 0.5),
+        "add_median_m": quantile(with_failures(frames["add_m"]), 0.5),
+        "translation_median_m": quantile(with_failures(frames["translation_m"]), 0.5),
+        "rotation_median_rad": quantile(with_failures(frames["rotation_rad"]), 0.5),
     }
 
 
-def _with_failures(errors: pd.Series) -> np.ndarray:
+def with_failures(errors: pd.Series) -> np.ndarray:
     """Errors with an infinite one for each frame that has no pose."""
     values = errors.to_numpy(dtype=np.float64)
     return np.where(np.isnan(values), np.inf, values)

@@ -7,6 +7,7 @@ has now. All files appear whole or not at all, so a run may be killed at any mom
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 from typing import Any
 
@@ -16,11 +17,18 @@ from .parquet import read_about, write_table
 
 METRICS = "metrics.parquet"
 SEQUENCES = "sequences.csv"
+PER_SEQUENCE = "per_sequence.csv"
 SUMMARY = "summary.csv"
+OVER_TIME = "over_time.csv"
 TESTS = "tests.csv"
+TESTS_TIME = "tests_time.csv"
+TESTS_NOISE = "tests_noise.csv"
 CONFIG = "config.yaml"
+REPORT = "report.html"
+FIGURES = "figures"
 
-_TABLES = (METRICS, SEQUENCES, SUMMARY, TESTS, CONFIG)
+_TABLES = (METRICS, SEQUENCES, PER_SEQUENCE, SUMMARY, OVER_TIME, TESTS, TESTS_TIME, TESTS_NOISE)
+_FROM_ALL = (*_TABLES, CONFIG, REPORT)
 
 
 def estimates_path(out: Path, sequence: str) -> Path:
@@ -59,8 +67,9 @@ def forget(out: Path, sequence: str) -> None:
 
 def forget_tables(out: Path) -> None:
     """Remove what was made from all sequences together."""
-    for name in _TABLES:
+    for name in _FROM_ALL:
         (out / name).unlink(missing_ok=True)
+    shutil.rmtree(out / FIGURES, ignore_errors=True)
 
 
 def stored_sequences(out: Path) -> set[str]:

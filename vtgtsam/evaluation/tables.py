@@ -1,21 +1,21 @@
 # SPDX-License-Identifier: MIT
-"""Summary and tests from the stored errors; one sequence's errors at a time are in memory."""
+"""All tables from the stored errors, without estimating anything."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 import pandas as pd
-import pyarrow.parquet as pq
 
 from ..exceptions import VtgtsamError
 from . import store
 from .atomic import write_text
-from .significance import paired_tests
-from .statistics import sequence_statistics
-from .summary import CONDITION, summarise
+from .collect import CONDITION, Collected, collect
+from .significance import noise_tests, paired_tests, time_tests
+from .summary import over_time, summarise
+
+_UNITS = {"_m": ("_mm", 1e3), "_rad": ("_deg", 57.29577951308232)}  # in tables for people
 
 
 @dataclass(frozen=True)
@@ -23,13 +23,21 @@ class Tables:
     """What a run says in the end.
 
     Attributes:
+        collected: Each sequence in a few numbers: what the other tables are made from.
         summary: As ``summary.csv``.
+        over_time: As ``over_time.csv``.
         tests: As ``tests.csv``.
+        tests_time: As ``tests_time.csv``.
+        tests_noise: As ``tests_noise.csv``.
         sequences: As ``sequences.csv``: what was evaluated, what failed and why.
     """
 
+    collected: Collected
     summary: pd.DataFrame
+    over_time: pd.DataFrame
     tests: pd.DataFrame
+    tests_time: pd.DataFrame
+    tests_noise: pd.DataFrame
     sequences: pd.DataFrame
 
     @property
@@ -40,23 +48,41 @@ class Tables:
 
 
 def make_tables(out: Path) -> Tables:
-    """Write ``summary.csv`` and ``tests.csv`` anew from what a run has stored.
+    """Write all tables anew from what a run has stored.
 
     Raises:
         VtgtsamError: The folder holds no finished run.
     """
     sequences = _read_sequences(out)
-    statistics = pd.DataFrame(
-        [row for metrics in _by_sequence(out) for row in sequence_statistics(metrics)]
+    collected = collect(out, sequences)
+    tables = Tables(
+        collected,
+        summarise(collected.phases),
+        over_time(collected.steps),
+        paired_tests(collected.phases),
+        time_tests(collected.steps),
+        noise_tests(collected.phases),
+        sequences,
     )
-    if statistics.empty:
-        statistics = pd.DataFrame(columns=["method", "phase", "sequence", "object", "dataset"])
-    conditions = sequences.set_index("sequence")[[name for name in CONDITION if name != "dataset"]]
-    statistics = statistics.join(conditions, on="sequence")
-    tables = Tables(summarise(statistics), paired_tests(statistics), sequences)
+    write_csv(out / store.PER_SEQUENCE, per_sequence(collected.phases))
     write_csv(out / store.SUMMARY, tables.summary)
+    write_csv(out / store.OVER_TIME, tables.over_time)
     write_csv(out / store.TESTS, tables.tests)
+    write_csv(out / store.TESTS_TIME, tables.tests_time)
+    write_csv(out / store.TESTS_NOISE, tables.tests_noise)
     return tables
+
+
+def per_sequence(statistics: pd.DataFrame) -> pd.DataFrame:
+    """``per_sequence.csv``: statistics of each sequence, method and phase in units for people."""
+    first = ["sequence", *CONDITION, "object", "method", "phase"]
+    table = statistics[[*first, *(name for name in statistics if name not in first)]].copy()
+    for name in map(str, statistics.columns):
+        for unit, (shown, factor) in _UNITS.items():
+            if name.endswith(unit):
+                table[name] *= factor
+                table = table.rename(columns={name: name.removesuffix(unit) + shown})
+    return table
 
 
 def write_csv(path: Path, table: pd.DataFrame) -> None:
@@ -71,9 +97,3 @@ def _read_sequences(out: Path) -> pd.DataFrame:
             f"{out} holds no finished evaluation; run `vtgtsam evaluate --out {out}`"
         )
     return pd.read_csv(path, dtype=str, keep_default_na=False)
-
-
-def _by_sequence(out: Path) -> Iterator[pd.DataFrame]:
-    with pq.ParquetFile(out / store.METRICS) as file:
-        for group in range(file.num_row_groups):
-            yield file.read_row_group(group).to_pandas()

@@ -63,8 +63,12 @@ def test_it_writes_what_it_promises(out):
     sequences = [f"day__{seed}" for seed in range(3)]
     assert names == {
         "metrics.parquet",
+        "per_sequence.csv",
         "summary.csv",
+        "over_time.csv",
         "tests.csv",
+        "tests_time.csv",
+        "tests_noise.csv",
         "sequences.csv",
         "config.yaml",
         "bop/scenes.csv",
