@@ -13,11 +13,13 @@ from typing import Annotated
 import typer
 
 from . import __version__
+from .commands.attach_vision import attach_vision
 from .commands.check_mesh import check_mesh
 from .commands.evaluate import evaluate
 from .commands.inspect import inspect
 from .commands.report import report
 from .commands.sdf import sdf
+from .commands.view import view
 from .exceptions import VtgtsamError
 
 app = typer.Typer(
@@ -27,7 +29,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     rich_markup_mode=None,  # plain text, and rich need not be imported
 )
-for command in (evaluate, report, inspect, check_mesh, sdf):
+for command in (evaluate, report, inspect, attach_vision, check_mesh, sdf):
     app.command()(command)
 
 

@@ -16,6 +16,11 @@ def _positive(value: float) -> float:
     return value
 
 
+def positive_or_none(value: float | None) -> float | None:
+    """The value, refused where it is not above 0; None stays."""
+    return None if value is None else _positive(value)
+
+
 Mesh = Annotated[Path, typer.Argument(help="Mesh file (OBJ, PLY, STL, ...).")]
 Scale = Annotated[
     float,

@@ -27,6 +27,15 @@ def color_images(path: str | Path, topic: str = names.COLOR) -> Iterator[tuple[f
     return _images(path, topic, decode_color)
 
 
+def image_times(path: str | Path) -> np.ndarray:
+    """Instants of the images [s], shape (N,), increasing; of the colour ones where there are any."""
+    for topic in (names.COLOR, names.DEPTH):
+        stamps = {stamp for stamp, _ in _decoded(path, topic, COMPRESSED_IMAGE)}
+        if stamps:
+            return np.array(sorted(stamps)) / 1e9
+    return np.empty(0)
+
+
 def camera_intrinsics(path: str | Path, topic: str = names.CAMERA_INFO) -> CameraIntrinsics | None:
     """The camera's intrinsics, or None where the recording has none."""
     for _, info in _decoded(path, topic, CAMERA_INFO):

@@ -78,6 +78,15 @@ class McapFile:
         self.warnings = [loss] if loss else []
 
 
+def read_records(path: Path) -> Iterator[McapRecord]:
+    """All records of a file that can be read, in its order, messages as they are stored.
+
+    Raises:
+        RecordingError: The file is no MCAP file, or compressed in an unknown way.
+    """
+    return _RecordReader(path).records()
+
+
 class _Decoder:
     """Decodes a channel's messages by the embedded definition, else by ours of that name."""
 
