@@ -19,7 +19,6 @@ from .commands.evaluate import evaluate
 from .commands.inspect import inspect
 from .commands.report import report
 from .commands.sdf import sdf
-from .commands.view import view
 from .exceptions import VtgtsamError
 
 app = typer.Typer(
