@@ -19,6 +19,7 @@ from .commands.evaluate import evaluate
 from .commands.inspect import inspect
 from .commands.report import report
 from .commands.sdf import sdf
+from .commands.view import view
 from .exceptions import VtgtsamError
 
 app = typer.Typer(
@@ -28,7 +29,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     rich_markup_mode=None,  # plain text, and rich need not be imported
 )
-for command in (evaluate, report, inspect, attach_vision, check_mesh, sdf):
+for command in (evaluate, report, inspect, view, attach_vision, check_mesh, sdf):
     app.command()(command)
 
 

@@ -1,0 +1,52 @@
+# SPDX-License-Identifier: MIT
+"""Colours that a colour-blind reader tells apart (Okabe and Ito, 2008), as RGB or RGBA."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from . import names
+
+RGB = tuple[int, int, int]
+
+NAMED: dict[str, RGB] = {
+    names.TRUTH: (0, 158, 115),
+    "vis": (213, 94, 0),
+    names.TRACKER: (213, 94, 0),
+    "vis+pen": (204, 121, 167),
+    "vis+tac+pen": (86, 180, 233),
+    names.LIVE: (86, 180, 233),
+}
+_OTHERS: tuple[RGB, ...] = ((240, 228, 66), (230, 159, 0), (0, 114, 178), (160, 160, 160))
+
+FREE = np.array([150, 155, 165])  # a pad without contact
+DOUBTED = np.array([0, 114, 178])  # in contact, but the estimate does not count on it
+BELIEVED = np.array([255, 210, 30])  # in contact, and it counts in full
+
+
+class Palette:
+    """Colours by name: known names have their own, others get the next free one."""
+
+    def __init__(self) -> None:
+        self._others: list[str] = []
+
+    def of(self, name: str) -> RGB:
+        """The colour of a method."""
+        if name in NAMED:
+            return NAMED[name]
+        if name not in self._others:
+            self._others.append(name)
+        return _OTHERS[self._others.index(name) % len(_OTHERS)]
+
+
+def of_pads(contacts: np.ndarray, weights: np.ndarray) -> np.ndarray:
+    """Colours of pads, uint8, shape (K, 3): gray without contact, else from blue to yellow by weight.
+
+    Args:
+        contacts: Contact bits, shape (K,).
+        weights: How much each contact counts, in [0, 1], shape (K,).
+    """
+    share = np.clip(weights, 0, 1)[:, None]
+    touched = (1 - share) * DOUBTED + share * BELIEVED
+    colors = np.where(np.asarray(contacts, dtype=bool)[:, None], touched, FREE)
+    return np.rint(colors).astype(np.uint8)

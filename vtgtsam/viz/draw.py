@@ -1,0 +1,177 @@
+# SPDX-License-Identifier: MIT
+"""A recording in the viewer: its streams and, where they are given, each method's estimates."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import gtsam
+import numpy as np
+import rerun as rr
+import rerun.blueprint as rrb
+
+from ..frame import contact_bits, pad_poses
+from ..metrics import Adds
+from ..recording.camera import camera_intrinsics, color_images, depth_images
+from . import names
+from .layout import Eye, layout
+from .pads import PadJudge
+from .scene import Scene
+from .tracks import Track
+
+if TYPE_CHECKING:
+    from ..measurement import Measurement
+    from ..recording import Recording
+
+FRONT = np.array([1.0, 0.0, 0.8])  # [m], from the object to where a camera might stand
+_IMAGES: dict[str, Callable[[Path], Iterator[tuple[float, np.ndarray]]]] = {
+    "color": color_images,
+    "depth": depth_images,
+}
+
+
+def recording_layout(
+    recording: Recording, frames: Sequence[Measurement], tracks: Sequence[Track]
+) -> rrb.Blueprint:
+    """How the viewer arranges a recording; of its methods' objects the last is seen at first."""
+    images = [name for name, read in _IMAGES.items() if any(True for _ in read(recording.path))]
+    methods = [track.name for track in tracks]
+    return layout(hidden=methods[:-1], eye=_eye(recording, frames, tracks), images=images)
+
+
+def draw_recording(
+    stream: rr.RecordingStream,
+    recording: Recording,
+    frames: Sequence[Measurement],
+    tracks: Sequence[Track],
+) -> None:
+    """Write all of a recording into a stream.
+
+    Args:
+        stream: Where to.
+        recording: The recording.
+        frames: Its frames.
+        tracks: Each method's answers in these frames.
+    """
+    camera_is_world = is_identity(recording.camera_pose)
+    scene = Scene(stream, recording.hand, recording.object, camera_is_world)
+    _draw_camera(scene, recording, frames)
+    drawing = _Drawing(scene, recording, tracks)
+    truth = _truth(recording, frames)
+    for index, frame in enumerate(frames):
+        scene.at(frame.time)
+        drawing.draw(index, frame, truth[index])
+
+
+def is_identity(T_wc: gtsam.Pose3 | None) -> bool:
+    """Whether the camera's frame is the world, as in a live run."""
+    return T_wc is not None and T_wc.equals(gtsam.Pose3(), 1e-9)
+
+
+class _Drawing:
+    """Draws frame after frame."""
+
+    def __init__(self, scene: Scene, recording: Recording, tracks: Sequence[Track]) -> None:
+        self._scene = scene
+        self._hand, self._obj = recording.hand, recording.object
+        self._tracks = tracks
+        self._adds = None if self._obj.mesh is None else Adds(self._obj.mesh)
+        # Pads are judged at one method's poses: the last one's that uses touch, else the last one's.
+        candidates = [track for track in tracks if track.uses_touch] or tracks
+        self._judged = candidates[-1] if candidates else None
+        config = None if self._judged is None else self._judged.config
+        self._judge = PadJudge(self._hand, self._obj, config)
+        self._touched = np.zeros(len(self._hand), dtype=bool)
+
+    def draw(self, index: int, frame: Measurement, T_true: gtsam.Pose3 | None) -> None:
+        """Everything of one frame."""
+        self._draw_hand(index, frame)
+        if T_true is not None:
+            self._scene.object(names.TRUTH, T_true)
+        for track in self._tracks:
+            self._draw_verdict(track, index)
+            T_wo = track.poses[index]
+            if T_wo is not None:
+                self._draw_pose(track.name, T_wo, frame.T_wo_visual, T_true)
+
+    def _draw_hand(self, index: int, frame: Measurement) -> None:
+        contacts = contact_bits(frame.contacts, self._hand.pad_names)
+        T_wo = None if self._judged is None else self._judged.poses[index]
+        weights = None
+        if T_wo is not None:
+            distances = self._judge.distances(pad_poses(frame, self._hand), T_wo)
+            weights = self._judge.weights(distances)
+            self._plot_pads(contacts, distances)
+        assert frame.joints is not None  # a recording always has them
+        self._scene.hand(frame.joints, frame.T_wh, contacts, weights)
+
+    def _plot_pads(self, contacts: np.ndarray, distances: np.ndarray) -> None:
+        """A line for each pad while it touches, interrupted where it does not."""
+        for k in np.flatnonzero(contacts | self._touched):
+            value = 1e3 * distances[k] if contacts[k] else np.nan
+            self._scene.plot(names.PAD_DISTANCE, self._hand.pad_names[k], value)
+        self._touched = contacts
+
+    def _draw_verdict(self, track: Track, index: int) -> None:
+        if track.statuses:
+            self._scene.status(track.name, track.statuses[index])
+        if track.visual_weights:
+            self._scene.plot(names.WEIGHT, track.name, track.visual_weights[index])
+
+    def _draw_pose(
+        self,
+        name: str,
+        T_wo: gtsam.Pose3,
+        T_wo_visual: gtsam.Pose3 | None,
+        T_true: gtsam.Pose3 | None,
+    ) -> None:
+        self._scene.object(name, T_wo)
+        if T_true is not None and self._adds is not None:
+            self._scene.plot(names.ADDS, name, 1e3 * self._adds(T_wo, T_true))
+        if T_wo_visual is not None and name not in names.VISION:
+            apart = T_wo.transformFrom(self._obj.center)
+            apart -= T_wo_visual.transformFrom(self._obj.center)
+            self._scene.plot(names.VISUAL_RESIDUAL, name, 1e3 * float(np.linalg.norm(apart)))
+
+
+def _draw_camera(scene: Scene, recording: Recording, frames: Sequence[Measurement]) -> None:
+    """The camera where it is known, and its images at their own instants."""
+    intrinsics = camera_intrinsics(recording.path)
+    if intrinsics is None:
+        return
+    poses = [(frame.time, recording.camera_pose_at(frame.time)) for frame in frames]
+    last = None
+    for time, T_wc in poses:
+        if T_wc is not None and (last is None or not T_wc.equals(last, 0.0)):
+            scene.at(time)
+            scene.camera(intrinsics, T_wc)
+            last = T_wc
+    for name, read in _IMAGES.items():
+        for time, image in read(recording.path):
+            scene.at(time)
+            getattr(scene, name)(image)
+
+
+def _truth(recording: Recording, frames: Sequence[Measurement]) -> Sequence[gtsam.Pose3 | None]:
+    if recording.ground_truth is None:
+        return [None] * len(frames)
+    return recording.truth_at([frame.time for frame in frames])
+
+
+def _eye(
+    recording: Recording, frames: Sequence[Measurement], tracks: Sequence[Track]
+) -> Eye | None:
+    """Beside the camera, looking at the object's first known place, else at the hand."""
+    if not frames:
+        return None
+    known = [_truth(recording, frames[:1])[0], *(track.poses[0] for track in tracks)]
+    T_wo = next((pose for pose in known if pose is not None), None)
+    target = frames[0].T_wh.translation()
+    if T_wo is not None:
+        target = T_wo.transformFrom(recording.object.center)
+    up = np.array([0.0, -1.0, 0.0] if is_identity(recording.camera_pose) else [0.0, 0.0, 1.0])
+    T_wc = recording.camera_pose
+    camera = target + FRONT if T_wc is None else T_wc.translation()
+    return Eye.beside(target, camera, up) if np.linalg.norm(camera - target) > 0 else None
