@@ -45,6 +45,7 @@ def evaluate(
     from ..evaluation.printing import tables_text
     from ..evaluation.run import run
     from .progress import show_progress
+    from .report import write_report
 
     names = [name.strip() for name in methods.split(",")]
     try:
@@ -64,6 +65,6 @@ def evaluate(
         typer.echo(f"\n{len(tables.failed)} of {len(tables.sequences)} sequences failed:", err=True)
         for sequence, problem in tables.failed.items():
             typer.echo(f"  {sequence}: {problem}", err=True)
-    typer.echo(f"\nAll results are in {out}")
+    write_report(out, tables)
     if tables.failed:
         raise typer.Exit(SOME_FAILED)

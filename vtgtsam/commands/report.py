@@ -1,20 +1,36 @@
 # SPDX-License-Identifier: MIT
-"""``vtgtsam report``: the tables of an evaluation again."""
+"""``vtgtsam report``: tables, tests, figures and the page of an evaluation again."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
+
+if TYPE_CHECKING:
+    from ..evaluation.tables import Tables
 
 
 def report(
     folder: Annotated[Path, typer.Argument(help="Folder that `vtgtsam evaluate` wrote.")],
 ) -> None:
-    """Make the tables again from what an evaluation stored, without estimating anything."""
+    """Make tables, figures and report.html again from what is stored, without estimating anything."""
     from ..evaluation.printing import tables_text
     from ..evaluation.tables import make_tables
 
-    typer.echo(tables_text(make_tables(folder)))
+    tables = make_tables(folder)
+    typer.echo(tables_text(tables))
+    write_report(folder, tables)
+
+
+def write_report(folder: Path, tables: Tables) -> None:
+    """Make figures and page where the packages for it are installed, and say where everything is."""
+    from ..evaluation.report import make_report, missing_packages
+
+    missing = missing_packages()
+    if missing:
+        typer.echo(f"vtgtsam: {missing}", err=True)
+    else:
+        typer.echo(f"\nTo look at in a browser: {make_report(folder, tables)}")
     typer.echo(f"\nAll results are in {folder}")

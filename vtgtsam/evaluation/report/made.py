@@ -1,0 +1,84 @@
+# SPDX-License-Identifier: MIT
+"""How a result was made: settings, versions, commands."""
+
+from __future__ import annotations
+
+import platform
+from dataclasses import dataclass
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from ...config import EstimatorConfig
+from .. import store
+from ..methods import PRESETS
+
+_PACKAGES = ("gtsam", "numpy", "scipy", "pandas", "pyarrow", "matplotlib")
+
+
+@dataclass(frozen=True)
+class Made:
+    """How a result was made.
+
+    Attributes:
+        code: Version of the code that made the estimates.
+        versions: Of Python and packages that made the page, by name.
+        commands: What to type for the same again.
+        config: The effective configuration as YAML.
+    """
+
+    code: str
+    versions: dict[str, str]
+    commands: list[str]
+    config: str
+
+
+def how_made(out: Path) -> Made:
+    """Read it from a run's folder. Nothing in it depends on when, where or in how many processes."""
+    text = (out / store.CONFIG).read_text(encoding="utf-8") if _has_config(out) else ""
+    config = yaml.safe_load(text) or {}
+    methods = config.get("methods", {})
+    evaluate = f"vtgtsam evaluate RECORDINGS --out DIR --methods {','.join(methods)}"
+    return Made(
+        str(config.get("version", "unknown")),
+        {"Python": platform.python_version(), **_versions()},
+        [
+            f"{evaluate} --config {_preset(methods) or 'config_of_one_method.yaml'}"
+            + _given(config),
+            "vtgtsam report DIR",
+        ],
+        text,
+    )
+
+
+def _has_config(out: Path) -> bool:
+    return (out / store.CONFIG).is_file()
+
+
+def _preset(methods: dict[str, Any]) -> str | None:
+    """The preset that all methods' settings are, if there is one."""
+    for name, preset in PRESETS.items():
+        if methods and all(
+            EstimatorConfig(**settings) == preset(method=method)
+            for method, settings in methods.items()
+        ):
+            return name
+    return None
+
+
+def _given(config: dict[str, Any]) -> str:
+    options = {"hand": config.get("hand"), "object": config.get("object")}
+    words = [f" --{name} {value}" for name, value in options.items() if value]
+    return "".join(words) + (" --topics MAP.yaml" if config.get("topics") else "")
+
+
+def _versions() -> dict[str, str]:
+    found = {}
+    for name in _PACKAGES:
+        try:
+            found[name] = version(name)
+        except PackageNotFoundError:
+            continue
+    return found
