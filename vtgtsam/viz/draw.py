@@ -13,9 +13,9 @@ import rerun as rr
 import rerun.blueprint as rrb
 
 from ..frame import contact_bits, pad_poses
-from ..metrics import Adds
 from ..recording.camera import camera_intrinsics, color_images, depth_images
 from . import names
+from .frame import FrameDrawing
 from .layout import Eye, layout
 from .pads import PadJudge
 from .scene import Scene
@@ -61,7 +61,6 @@ def draw_recording(
     drawing = _Drawing(scene, recording, tracks)
     truth = _truth(recording, frames)
     for index, frame in enumerate(frames):
-        scene.at(frame.time)
         drawing.draw(index, frame, truth[index])
 
 
@@ -71,69 +70,42 @@ def is_identity(T_wc: gtsam.Pose3 | None) -> bool:
 
 
 class _Drawing:
-    """Draws frame after frame."""
+    """Draws a recording's frames one after the other."""
 
     def __init__(self, scene: Scene, recording: Recording, tracks: Sequence[Track]) -> None:
         self._scene = scene
-        self._hand, self._obj = recording.hand, recording.object
+        self._pads = recording.hand
         self._tracks = tracks
-        self._adds = None if self._obj.mesh is None else Adds(self._obj.mesh)
+        self._drawing = FrameDrawing(scene, recording.hand, recording.object)
         # Pads are judged at one method's poses: the last one's that uses touch, else the last one's.
         candidates = [track for track in tracks if track.uses_touch] or tracks
         self._judged = candidates[-1] if candidates else None
         config = None if self._judged is None else self._judged.config
-        self._judge = PadJudge(self._hand, self._obj, config)
-        self._touched = np.zeros(len(self._hand), dtype=bool)
+        self._judge = PadJudge(recording.hand, recording.object, config)
 
     def draw(self, index: int, frame: Measurement, T_true: gtsam.Pose3 | None) -> None:
         """Everything of one frame."""
+        self._scene.at(frame.time)
         self._draw_hand(index, frame)
         if T_true is not None:
             self._scene.object(names.TRUTH, T_true)
         for track in self._tracks:
-            self._draw_verdict(track, index)
+            if track.statuses:
+                weight = track.visual_weights[index]
+                self._drawing.verdict(track.name, track.statuses[index], weight)
             T_wo = track.poses[index]
             if T_wo is not None:
-                self._draw_pose(track.name, T_wo, frame.T_wo_visual, T_true)
+                self._drawing.pose(track.name, T_wo, frame.T_wo_visual, T_true)
 
     def _draw_hand(self, index: int, frame: Measurement) -> None:
-        contacts = contact_bits(frame.contacts, self._hand.pad_names)
-        T_wo = None if self._judged is None else self._judged.poses[index]
-        weights = None
-        if T_wo is not None:
-            distances = self._judge.distances(pad_poses(frame, self._hand), T_wo)
-            weights = self._judge.weights(distances)
-            self._plot_pads(contacts, distances)
         assert frame.joints is not None  # a recording always has them
-        self._scene.hand(frame.joints, frame.T_wh, contacts, weights)
-
-    def _plot_pads(self, contacts: np.ndarray, distances: np.ndarray) -> None:
-        """A line for each pad while it touches, interrupted where it does not."""
-        for k in np.flatnonzero(contacts | self._touched):
-            value = 1e3 * distances[k] if contacts[k] else np.nan
-            self._scene.plot(names.PAD_DISTANCE, self._hand.pad_names[k], value)
-        self._touched = contacts
-
-    def _draw_verdict(self, track: Track, index: int) -> None:
-        if track.statuses:
-            self._scene.status(track.name, track.statuses[index])
-        if track.visual_weights:
-            self._scene.plot(names.WEIGHT, track.name, track.visual_weights[index])
-
-    def _draw_pose(
-        self,
-        name: str,
-        T_wo: gtsam.Pose3,
-        T_wo_visual: gtsam.Pose3 | None,
-        T_true: gtsam.Pose3 | None,
-    ) -> None:
-        self._scene.object(name, T_wo)
-        if T_true is not None and self._adds is not None:
-            self._scene.plot(names.ADDS, name, 1e3 * self._adds(T_wo, T_true))
-        if T_wo_visual is not None and name not in names.VISION:
-            apart = T_wo.transformFrom(self._obj.center)
-            apart -= T_wo_visual.transformFrom(self._obj.center)
-            self._scene.plot(names.VISUAL_RESIDUAL, name, 1e3 * float(np.linalg.norm(apart)))
+        contacts = contact_bits(frame.contacts, self._pads.pad_names)
+        T_wo = None if self._judged is None else self._judged.poses[index]
+        distances = weights = None
+        if T_wo is not None:
+            distances = self._judge.distances(pad_poses(frame, self._pads), T_wo)
+            weights = self._judge.weights(distances)
+        self._drawing.hand(frame.joints, frame.T_wh, contacts, distances, weights)
 
 
 def _draw_camera(scene: Scene, recording: Recording, frames: Sequence[Measurement]) -> None:

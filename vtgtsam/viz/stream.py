@@ -40,7 +40,7 @@ def open_stream(
     """
     sinks: list[rr.FileSink | rr.GrpcSink] = []
     if save is not None:
-        _check_writable(save)
+        check_writable(save)
         sinks.append(rr.FileSink(save))
     if connect is not None:
         sinks.append(rr.GrpcSink(connect))
@@ -70,7 +70,12 @@ def check_display() -> None:
         )
 
 
-def _check_writable(path: Path) -> None:
+def check_writable(path: Path) -> None:
+    """Refuse a file that cannot be written; creates it.
+
+    Raises:
+        VtgtsamError: Its name does not end in .rrd, or its folder does not let it be written.
+    """
     if path.suffix != ".rrd":
         raise VtgtsamError(f"Rerun's files are called .rrd, got {path.name!r}")
     try:

@@ -35,7 +35,7 @@ class Track:
         name: The method.
         poses: T_wo in each frame, None where it gave none.
         statuses: Status in each frame; empty where it is not known.
-        visual_weights: Weight of the visual pose in each frame; empty where it is not known.
+        visual_weights: Weight of the visual pose in each frame; empty where statuses is.
         config: Its settings, None where they are not known.
     """
 

@@ -1,0 +1,145 @@
+# SPDX-License-Identifier: MIT
+"""The live view shows the newest values, and a viewer that is stuck or dead hurts nobody."""
+
+from __future__ import annotations
+
+import logging
+import os
+import signal
+import time
+from types import SimpleNamespace
+
+import gtsam
+import numpy as np
+import pandas as pd
+import pytest
+
+pytest.importorskip("rerun", reason="the viewer (extra viz) is not installed")
+
+from hardware.camera.camera import CameraFrame  # noqa: E402
+from hardware.live import view  # noqa: E402
+from hardware.live.slots import RunClock, Streams  # noqa: E402
+from hardware.live.view import LiveView, Setup, Where  # noqa: E402
+from hardware.tactile.contact import PadState  # noqa: E402
+from vtgtsam import Measurement, PoseEstimator, load_hand, load_object  # noqa: E402
+from vtgtsam.exceptions import VtgtsamError  # noqa: E402
+from vtgtsam.vision.camera import CameraIntrinsics  # noqa: E402
+
+T_WH = gtsam.Pose3(gtsam.Rot3.RzRyRx(0.1, -0.2, 0.3), np.array([0.0, 0.1, 0.5]))
+T_WO = gtsam.Pose3(gtsam.Rot3(), np.array([0.09, 0.15, 0.5]))
+CAMERA = CameraIntrinsics(6, 4, 5.0, 5.0, 2.5, 1.5)
+FRAME = CameraFrame(0.0, np.full((4, 6), 0.5, np.float32), None)
+
+
+@pytest.fixture(scope="module")
+def setup():
+    return Setup(load_hand("isyhand"), load_object("can"), T_WH, CAMERA)
+
+
+class Run:
+    """What a live run has: streams, a clock, and a fusion with a new estimate at each call."""
+
+    def __init__(self, setup):
+        self.streams = Streams(("joints", "pads", "vision"))
+        self.clock = RunClock()
+        self.fusion = SimpleNamespace(last=None)
+        self._hand = setup.hand
+        self._estimator = PoseEstimator(setup.hand, setup.obj)
+
+    def step(self):
+        """One more sample of each stream, and its estimate; the instant [ns]."""
+        now_ns = self.clock.now_ns()
+        joints = np.full(len(self._hand.joint_names), 0.1)
+        contacts = np.arange(len(self._hand)) < 2
+        self.streams.put("joints", now_ns, joints)
+        self.streams.put("pads", now_ns, PadState(1.0 * contacts, contacts))
+        self.streams.put("vision", now_ns, T_WO)
+        measurement = Measurement(now_ns / 1e9, contacts, joints, T_WO, T_WH)
+        self.fusion.last = self._estimator.update(measurement)
+        return now_ns
+
+    def show_in(self, shown):
+        shown.watch(self.streams, self.fusion, self.clock, lambda: FRAME)
+
+
+def rows(path):
+    """Tables of a .rrd file by entity."""
+    from rerun.chunk import RrdReader
+
+    tables = {}
+    for chunk in RrdReader(path).stream():
+        tables.setdefault(chunk.entity_path, []).append(chunk.to_record_batch().to_pandas())
+    return {entity: pd.concat(parts) for entity, parts in tables.items()}
+
+
+def wait_until(condition, seconds=60.0):
+    end = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < end
+        time.sleep(0.02)
+
+
+def test_hand_object_truth_image_and_errors_of_a_run_are_in_the_file(setup, tmp_path):
+    path, run = tmp_path / "live.rrd", Run(setup)
+    with LiveView(Where(save=path), setup) as shown:
+        run.show_in(shown)
+        instants = []
+        while shown.shown < 5:
+            instants.append(run.step())
+            shown.truth(instants[-1], T_WO)
+            time.sleep(0.05)
+    tables = rows(path)
+    live = tables["/world/object/live"]
+    positions = np.stack([t[0] for t in live["Transform3D:translation"].dropna()])
+    last = run.fusion.last.T_wo.translation()
+    np.testing.assert_allclose(positions[-1], last, atol=1e-4)  # the estimates hardly move
+    times = {round(t / np.timedelta64(1, "ns")) for t in live["time"]}
+    assert times <= set(instants)  # an estimate stands at its own instant
+    assert "/world/object/truth" in tables
+    assert "EncodedDepthImage:blob" in tables["/world/camera/depth"]
+    errors = [value[0] for value in tables["/plots/adds_mm/live"]["Scalars:scalars"].dropna()]
+    assert 0 <= max(errors) < 20  # [mm]
+    assert (tables["/status/live"]["TextLog:text"].dropna().str[0] == "live: ok").any()
+
+
+@pytest.mark.parametrize("number", [signal.SIGSTOP, signal.SIGKILL])
+def test_a_stuck_or_dead_viewer_neither_slows_the_run_nor_keeps_it_from_ending(
+    setup, tmp_path, monkeypatch, caplog, number
+):
+    monkeypatch.setattr(view, "_END", 0.5)
+    monkeypatch.setattr(view, "RATE", 1000.0)  # so that the pipe is full at once
+    run = Run(setup)
+    run.step()
+    shown = LiveView(Where(save=tmp_path / "live.rrd"), setup)
+    run.show_in(shown)
+    wait_until(lambda: shown.shown > 0)
+    os.kill(shown._process.pid, number)
+    wait_until(lambda: _stands_still(shown))
+    slowest = 0.0
+    for _ in range(50):
+        before = time.monotonic()
+        shown.truth(run.step(), T_WO)
+        slowest = max(slowest, time.monotonic() - before)
+    assert slowest < 0.5  # [s]; a blocked call would take for ever
+    before = time.monotonic()
+    with caplog.at_level(logging.WARNING):
+        shown.close()
+    assert time.monotonic() - before < 5.0
+    shown._process.join(5.0)
+    assert not shown._process.is_alive()
+    assert len(caplog.records) <= 1
+
+
+def _stands_still(shown):
+    count = shown.shown
+    time.sleep(0.3)
+    return shown.shown == count
+
+
+def test_what_is_missing_is_said_before_the_hand_moves(tmp_path, monkeypatch):
+    monkeypatch.delenv("DISPLAY", raising=False)
+    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+    with pytest.raises(VtgtsamError, match="there is no display"):
+        Where(spawn=True).check()
+    with pytest.raises(VtgtsamError, match="cannot write"):
+        Where(save=tmp_path / "no" / "such.rrd").check()
