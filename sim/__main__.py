@@ -105,17 +105,64 @@ def generate(
 
 @app.command()
 def look(
-    recording: Annotated[Path, typer.Argument(help="A recording of this simulator.")],
-    out: Annotated[Path, typer.Option(help="PNG file to write.")],
-    instants: Annotated[int, typer.Option(min=1, max=20, help="Pictures side by side.")] = 4,
+    recording: Annotated[
+        Path, typer.Argument(help="A recording, of this simulator or a real hand.")
+    ],
+    out: Annotated[
+        Path, typer.Option(help="File to write: .mp4, .gif, .webp, or .png for a sheet.")
+    ],
+    size: Annotated[str, typer.Option(help="Width and height of one view [pixels].")] = "480x360",
+    instants: Annotated[
+        int, typer.Option(min=1, max=20, help="Pictures side by side in a sheet.")
+    ] = 4,
+    fps: Annotated[
+        float | None,
+        typer.Option(min=1, max=60, help="Pictures in a second. [default: mp4 30, others 10]"),
+    ] = None,
+    speed: Annotated[
+        float, typer.Option(min=0.05, max=50, help="Seconds of the recording in one of the film.")
+    ] = 1.0,
+    estimates: Annotated[
+        Path | None,
+        typer.Option(help="Folder that `vtgtsam evaluate` wrote; its poses are drawn too."),
+    ] = None,
+    methods: Annotated[
+        str, typer.Option(help="Methods whose poses are drawn, separated by commas.")
+    ] = "vis,vis+tac+pen",
 ) -> None:
-    """Draw a sequence: the camera's view above, the side's below, pads in contact lit up."""
-    from .look import contact_sheet, save_png
+    """Draw a recording from the camera and from the side, pads in contact lit up.
 
-    if out.suffix.lower() != ".png":
-        raise typer.BadParameter(f"expected a .png file, got {out.name!r}", param_hint="--out")
-    save_png(contact_sheet(recording, instants), out)
-    typer.echo(f"wrote {out}")
+    Needs OpenGL, by EGL or OSMesa, but no display.
+    """
+    from .look import write_film, write_sheet
+    from .look.film import FPS
+    from .look.instants import read_estimates
+
+    suffix = out.suffix.lower()
+    if suffix not in (".png", *FPS):
+        raise typer.BadParameter(
+            f"expected a .mp4, .gif, .webp or .png file, got {out.name!r}", param_hint="--out"
+        )
+    shape = _size(size)
+    shown = {}
+    if estimates is not None:
+        names = [name.strip() for name in methods.split(",")]
+        shown = {name: read_estimates(estimates, recording, name) for name in names}
+    if suffix == ".png":
+        write_sheet(recording, out, instants, shape, shown)
+    else:
+        write_film(recording, out, fps, speed, shape, shown)
+    typer.echo(f"wrote {out}, {out.stat().st_size / 1e6:.2f} MB")
+
+
+def _size(text: str) -> tuple[int, int]:
+    width, _, height = text.partition("x")
+    if width.isdecimal() and height.isdecimal():
+        if all(32 <= n <= 4096 for n in (int(width), int(height))):
+            return int(width), int(height)
+    raise typer.BadParameter(
+        f"expected WIDTHxHEIGHT, 32 to 4096 each, got {text!r}", param_hint="--size"
+    )
 
 
 def _numbers(text: str, option: str) -> list[float]:

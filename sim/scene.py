@@ -81,17 +81,18 @@ def _add_hand(scene: mujoco.MjSpec, description: GraspDescription, hand: HandMod
             contype=0,
             conaffinity=0,
         )
-    scene.attach(_extended_hand(description, hand), prefix=HAND, frame=wrist.add_frame())
+    spec = hand_with_pads(hand, description.pads)
+    scene.attach(spec, prefix=HAND, frame=wrist.add_frame())
     _add_motors(scene, description, hand)
 
 
-def _extended_hand(description: GraspDescription, hand: HandModel) -> mujoco.MjSpec:
+def hand_with_pads(hand: HandModel, pads: str) -> mujoco.MjSpec:
     """The hand's specification with contact geometry for its pads, without motors of its own."""
     spec = read_spec(hand.source) if hand.source else parse_spec(hand.xml)
     compile_hand(spec)  # leaves out meshes that are missing
     for part in [*spec.actuators, *spec.keys, *spec.sensors, *spec.cameras, *spec.lights]:
         spec.delete(part)
-    for box in find_pads(hand.model, description.pads):
+    for box in find_pads(hand.model, pads):
         body = spec.body(hand.model.body(box.body).name)
         _hide(body, box.name)
         _add_pad(spec, body, box)

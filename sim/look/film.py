@@ -1,0 +1,62 @@
+# SPDX-License-Identifier: MIT
+"""A film of a recording: the camera's view on the left, the side's on the right."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+import numpy as np
+
+from vtgtsam import read_recording
+from vtgtsam.evaluation.atomic import replacing
+from vtgtsam.recording.trajectory import PoseTrajectory
+
+from .encode import encoder
+from .instants import instants
+from .painter import Painter
+
+FPS = {".mp4": 30.0, ".gif": 10.0, ".webp": 10.0}  # by suffix, where not asked for
+
+
+def frames(
+    path: Path,
+    fps: float,
+    speed: float,
+    size: tuple[int, int],
+    estimates: Mapping[str, PoseTrajectory] | None = None,
+) -> Iterator[np.ndarray]:
+    """The film's pictures, RGB, uint8, shape (height, width, 3), height and width even.
+
+    Args:
+        path: The recording.
+        fps: Pictures in a second of the film [Hz].
+        speed: Seconds of the recording in a second of the film.
+        size: Width and height of a view [pixels].
+        estimates: Poses to show beside the object's, by name.
+
+    Raises:
+        RecordingError: The recording lacks what is to be shown.
+        NoGraphics: There is nothing to draw with.
+    """
+    estimates, recording = estimates or {}, read_recording(path)
+    shown = instants(recording, fps / speed, list(estimates.values()))
+    with Painter(recording, shown, size, list(estimates)) as painter:
+        for instant in shown:
+            picture = painter.captioned(instant, np.hstack(painter.paint(instant)))
+            yield picture[: picture.shape[0] // 2 * 2, : picture.shape[1] // 2 * 2]
+
+
+def write_film(
+    path: Path,
+    out: Path,
+    fps: float | None,
+    speed: float,
+    size: tuple[int, int],
+    estimates: Mapping[str, PoseTrajectory] | None = None,
+) -> None:
+    """Write a film as H.264 in .mp4, which every player shows, or as .gif or .webp for web pages."""
+    fps = fps or FPS[out.suffix.lower()]
+    encode = encoder(out.suffix.lower())  # before the work, in case it cannot
+    with replacing(out) as temporary:
+        encode(frames(path, fps, speed, size, estimates), temporary, fps)

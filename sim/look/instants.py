@@ -1,0 +1,116 @@
+# SPDX-License-Identifier: MIT
+"""What pictures of a recording show at given instants."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from vtgtsam import Recording
+from vtgtsam.evaluation.phases import AFTER, BEFORE, TURNING, turn_phases
+from vtgtsam.exceptions import RecordingError
+from vtgtsam.recording.trajectory import PoseTrajectory
+
+WORDS = {BEFORE: "before the turn", TURNING: "the hand turns", AFTER: "after the turn"}
+
+ENDS = 0.1  # [s]
+
+
+@dataclass(frozen=True, eq=False)
+class Instant:
+    """What one picture shows.
+
+    Attributes:
+        time: Instant since the first [s].
+        phase: Where in the sequence that is, in words.
+        joints: Joint angles in the hand's order [rad].
+        T_wh: Pose of the hand, (4, 4).
+        T_wo: Pose of the object, (4, 4); None where it is not known.
+        contacts: Which pads touch, (K,).
+        estimates: Pose of the object (4, 4) by each method that is shown, None where it has none.
+    """
+
+    time: float
+    phase: str
+    joints: np.ndarray
+    T_wh: np.ndarray
+    T_wo: np.ndarray | None
+    contacts: np.ndarray
+    estimates: tuple[np.ndarray | None, ...] = ()
+
+
+def instants(
+    recording: Recording, rate: float, estimates: Sequence[PoseTrajectory] = ()
+) -> list[Instant]:
+    """Evenly spaced instants of a recording.
+
+    Args:
+        recording: With joints and contacts.
+        rate: Instants in a second [Hz].
+        estimates: Poses to show beside the object's.
+
+    Raises:
+        RecordingError: It has neither true nor visual poses of the object.
+    """
+    measurements = recording.measurements(rate)
+    shown = recording.ground_truth or recording.visual_poses
+    if shown is None:
+        raise RecordingError(
+            f"{recording.path} has no poses of the object, true or visual, to draw"
+        )
+    times = [m.time for m in measurements]
+    phases = turn_phases([m.T_wh for m in measurements])
+    objects = _matrices(shown, times)
+    others = [_matrices(poses, times) for poses in estimates]
+    return [
+        Instant(
+            m.time - times[0],
+            WORDS[phase],
+            recording.hand.joint_array(m.joints),
+            m.T_wh.matrix(),
+            T_wo,
+            np.asarray(m.contacts),
+            tuple(poses[k] for poses in others),
+        )
+        for k, (m, phase, T_wo) in enumerate(zip(measurements, phases, objects, strict=True))
+    ]
+
+
+def _matrices(poses: PoseTrajectory, times: Sequence[float]) -> list[np.ndarray | None]:
+    """Poses (4, 4) at instants [s]; the first and the last count a little longer, for streams end apart."""
+    inside = np.clip(times, poses.times[0], poses.times[-1])
+    near = np.where(np.abs(inside - times) < ENDS, inside, times)
+    return [None if T is None else T.matrix() for T in poses.at(near)]
+
+
+def read_estimates(folder: Path, recording: Path, method: str) -> PoseTrajectory:
+    """What ``vtgtsam evaluate`` stored for a recording.
+
+    A sequence's name is its path below the folder that was evaluated, so the file is the one whose name
+    agrees with the end of the recording's path.
+
+    Raises:
+        RecordingError: There are no estimates of it, or none by that method.
+    """
+    import pyarrow.parquet as pq
+
+    from vtgtsam.evaluation.estimates import poses
+
+    parts = recording.resolve().with_suffix("").parts
+    names = ["__".join(parts[k:]) for k in range(1, len(parts))]
+    files = [folder / "estimates" / f"{name}.parquet" for name in names]
+    file = next((file for file in files if file.is_file()), None)
+    if file is None:
+        raise RecordingError(
+            f"{folder} holds no estimates of {recording}; give a folder that `vtgtsam evaluate` wrote"
+        )
+    table = pq.read_table(file).to_pylist()
+    rows = [row for row in table if row["method"] == method]
+    if not rows:
+        methods = ", ".join(sorted({row["method"] for row in table}))
+        raise RecordingError(f"{file} has no method {method!r}; it has {methods}")
+    known = [(row["time"], T) for row, T in zip(rows, poses(rows), strict=True) if T is not None]
+    return PoseTrajectory(np.array([t for t, _ in known]), [T for _, T in known])
