@@ -89,6 +89,7 @@ class Vision:
 
     Attributes:
         lost: Images in which the object was not found.
+        frame: The last images.
     """
 
     def __init__(
@@ -109,6 +110,7 @@ class Vision:
         self._recorder = recorder
         self._images = images
         self.lost = 0
+        self.frame: CameraFrame | None = None
 
     def run(self, stop: threading.Event, ended: Callable[[], None] = lambda: None) -> None:
         """Track until ``stop`` is set or a recording has ended."""
@@ -120,6 +122,7 @@ class Vision:
             self._take(frame)
 
     def _take(self, frame: CameraFrame) -> None:
+        self.frame = frame
         instant_ns = self._clock.instant_ns(frame.time)
         joints = self._streams.held("joints", instant_ns)
         if joints is None:

@@ -29,7 +29,7 @@ from vtgtsam import Estimate, HandModel, ObjectModel
 from vtgtsam.vision.camera import CameraIntrinsics
 
 from .clock import Ticker
-from .fusion import Fusion
+from .fusion import VISION_HOLD_NS, Fusion
 from .slots import RunClock, Streams
 
 if TYPE_CHECKING:
@@ -186,6 +186,8 @@ class LiveView:
         self._last = fusion.last
         now_ns = clock.now_ns() if estimate is None else round(estimate.time * 1e9)
         joints, pads, vision = (streams.held(n, now_ns) for n in ("joints", "pads", "vision"))
+        if vision is not None and now_ns - vision.instant_ns > VISION_HOLD_NS:
+            vision = None  # as in the estimator
         if joints is None:
             return None
         return Snapshot(
@@ -220,7 +222,9 @@ def _draw(taken: Connection, where: Where, setup: Setup) -> None:
 
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the run, which then ends this
     os.nice(_NICE)
-    eye = Eye.beside(setup.T_wh.translation(), camera=np.zeros(3), up=np.array([0.0, -1.0, 0.0]))
+    pads = setup.hand.pad_transforms(np.zeros(len(setup.hand.joint_names)), setup.T_wh)
+    middle = pads[:, :3, 3].mean(axis=0)
+    eye = Eye.beside(middle, camera=np.zeros(3), up=np.array([0.0, -1.0, 0.0]))
     arranged = layout(hidden=[names.TRACKER], eye=eye, images=["depth"])
     stream = open_stream("live run", arranged, save=where.save, spawn=where.spawn)
     scene = Scene(stream, setup.hand, setup.obj, camera_is_world=True)

@@ -12,7 +12,7 @@ import rerun.blueprint as rrb
 from . import names
 from .scene import pose_path
 
-DISTANCE = 0.38  # [m], from the eye to what it looks at: hand and object fill the view
+DISTANCE = 0.42  # [m], from the eye to what it looks at: hand and object fill the view
 BACKGROUND = (52, 56, 64)  # hands are often black
 
 

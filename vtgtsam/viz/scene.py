@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from ..objects import ObjectModel
     from ..vision.camera import CameraIntrinsics
 
+POINT_SIZE = 0.25  # [pixels], of a depth image's points in space: the rest is seen between them
 PAD_THICKNESS = 0.0016  # [m], of the drawn pad; half of it lies above the contact face, to be seen
 LINK_OPACITY = 110  # of 255: the pads of a closed hand are seen through its links
 CAMERA_SIZE = 0.05  # [m], distance at which the camera's image plane is drawn
@@ -123,7 +124,10 @@ class Scene:
     def depth(self, image: np.ndarray) -> None:
         """A depth image [m], shape (H, W), 0 where nothing was measured; to the millimetre."""
         picture = rr.EncodedDepthImage(
-            blob=encode_depth(image), media_type="image/png", meter=1000.0
+            blob=encode_depth(image),
+            media_type="image/png",
+            meter=1000.0,
+            point_fill_ratio=POINT_SIZE,
         )
         self._stream.log(f"{names.WORLD}/camera/depth", picture)
 
