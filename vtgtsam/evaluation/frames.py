@@ -28,7 +28,7 @@ def evaluation_frames(recording: Recording) -> list[Measurement]:
     # A grid over the whole recording, of which only the silences are used.
     grid = recording.measurements(rate=1.0 / period)
     silent = [
-        dataclasses.replace(frame, T_wo_visual=None, visual_sigma=None)
+        dataclasses.replace(frame, T_wo_visual=None, visual_covariance=None)
         for frame in grid
         if _is_silent(frame.time, times, period, end=grid[-1].time)
     ]

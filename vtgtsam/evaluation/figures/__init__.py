@@ -28,12 +28,10 @@ from .worst import worst_figure, worst_sequences
 
 @dataclass(frozen=True)
 class Chapter:
-    """The finished figures of one dataset and tracker."""
+    """The finished figures of one dataset and tracker: over all its sequences, and of the worst ones."""
 
     group: Group
     overview: list[Picture]
-    objects: list[Picture]
-    contacts: list[Picture]
     worst: list[Picture]
 
 
@@ -42,33 +40,31 @@ def make_figures(out: Path, tables: Tables) -> list[Chapter]:
     folder = out / store.FIGURES
     shutil.rmtree(folder, ignore_errors=True)
     with matplotlib.rc_context(STYLE):  # type: ignore[arg-type]
-        return [_chapter(out, folder, group) for group in groups(tables)]
+        return [
+            Chapter(
+                group,
+                [save(drawing, folder) for drawing in _overview(group, out)],
+                [save(drawing, folder) for drawing in _worst(group, out)],
+            )
+            for group in groups(tables)
+        ]
 
 
-def _chapter(out: Path, folder: Path, group: Group) -> Chapter:
-    def saved(drawings: Iterator[Drawing]) -> list[Picture]:
-        return [save(drawing, folder) for drawing in drawings]
-
-    return Chapter(
-        group,
-        saved(_overview(group)),
-        saved(_objects(group)),
-        saved(filter(None, iter([contacts_figure(group, out)]))),
-        saved(
-            worst_figure(group, out, sequence, place)
-            for place, sequence in enumerate(worst_sequences(group), start=1)
-        ),
-    )
-
-
-def _overview(group: Group) -> Iterator[Drawing]:
+def _overview(group: Group, out: Path) -> Iterator[Drawing]:
     yield methods_figure(group)
     yield time_figure(group)
+    several = len(worst_objects(group)) > 1
+    if several:
+        yield objects_figure(group)
     for phase in noise_phases(group):
         yield noise_figure(group, phase)
-
-
-def _objects(group: Group) -> Iterator[Drawing]:
-    if len(worst_objects(group)) > 1:
-        yield objects_figure(group)
+    if several:
         yield panels_figure(group)
+    contacts = contacts_figure(group, out)
+    if contacts is not None:
+        yield contacts
+
+
+def _worst(group: Group, out: Path) -> Iterator[Drawing]:
+    for place, sequence in enumerate(worst_sequences(group), start=1):
+        yield worst_figure(group, out, sequence, place)

@@ -16,11 +16,6 @@ from .style import Look, error_axis
 WIDTH = 0.8  # of a group, where groups are 1 apart
 FEWEST = 5  # samples for a box; fewer are shown as they are, with their median
 
-CAPTION = (
-    "Boxes show median and quartiles, whiskers reach to the last sample within 1.5 times the box, "
-    "points are the samples."
-)
-
 
 def grouped_boxes(
     ax: Axes, groups: Sequence[pd.DataFrame], labels: Sequence[str], looks: Mapping[str, Look]
@@ -45,6 +40,21 @@ def grouped_boxes(
     ax.set_xlim(-0.55, len(groups) - 0.45)
     ax.grid(False, axis="x")
     ax.tick_params(axis="x", length=0)
+
+
+def boxes_caption(groups: Sequence[pd.DataFrame]) -> str:
+    """How to read the boxes that are drawn."""
+    if max((len(group) for group in groups), default=0) < FEWEST:
+        return "Points are the samples, lines their medians."
+    return (
+        "Boxes show median and quartiles, whiskers reach to the last sample within 1.5 times the box, "
+        "points are the samples"
+        + (", ↑ counts those without a pose." if _infinite(groups) else ".")
+    )
+
+
+def _infinite(groups: Sequence[pd.DataFrame]) -> bool:
+    return any(np.isinf(group.to_numpy(dtype=float)).any() for group in groups)
 
 
 def method_handles(looks: Mapping[str, Look]) -> list[Patch]:

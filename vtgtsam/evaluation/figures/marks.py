@@ -19,7 +19,7 @@ _STARS = ((1e-4, "****"), (1e-3, "***"), (1e-2, "**"), (SIGNIFICANT, "*"))
 STARS_CAPTION = (
     "Above: * p < 0.05, ** p < 0.01, *** p < 0.001, **** p < 0.0001 (Wilcoxon's test after Holm's "
     "correction), in brackets where {ours} is the worse one; n.s.: no significant difference; "
-    "-: too few pairs to tell."
+    "–: too few pairs to tell."
 )
 
 
@@ -37,7 +37,7 @@ def comparisons(tests: pd.DataFrame, methods: Sequence[str]) -> list[tuple[str, 
 
 def with_marks(figure: Figure, rows: int) -> tuple[Axes, Axes]:
     """Axes for the marks of that many comparisons, and below them the axes for the data."""
-    above, ax = figure.subplots(2, 1, sharex=True, height_ratios=[0.16 * max(rows, 0.1), 2.4])
+    above, ax = figure.subplots(2, 1, sharex=True, height_ratios=[0.2 * max(rows, 0.1), 2.4])
     return above, ax
 
 

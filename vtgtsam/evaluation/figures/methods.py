@@ -10,7 +10,7 @@ from ..groups import Group, phase_words
 from ..phases import AFTER, BEFORE
 from ..statistics import ALL, quantile
 from ..units import samples, unit_of
-from .boxes import CAPTION, grouped_boxes, method_handles
+from .boxes import boxes_caption, grouped_boxes, method_handles
 from .drawing import Drawing
 from .marks import STARS_CAPTION, comparisons, star_rows, stars, with_marks
 from .style import COLUMN, looks
@@ -33,7 +33,10 @@ def methods_figure(group: Group) -> Drawing:
     star_rows(above, [(label, _texts(tests, phases)) for label, tests in rows])
     figure.legend(handles=method_handles(look), loc="outside lower center", ncols=3)
     return Drawing(
-        f"{group.slug}_methods", _caption(group, bool(rows)), _alt(tables, phases), figure
+        f"{group.slug}_methods",
+        _caption(group, boxes_caption(tables), bool(rows)),
+        _alt(tables, phases),
+        figure,
     )
 
 
@@ -47,14 +50,14 @@ def _counted(count: int, dataset: str) -> str:
     return f"{count} {unit}" if count == 1 else f"{count} {unit}s"
 
 
-def _caption(group: Group, marked: bool) -> str:
+def _caption(group: Group, boxes: str, marked: bool) -> str:
     unit = (
         "the mean of an object's runs, each with its median"
         if unit_of(group.dataset) == "object"
         else "the median of one sequence"
     )
     marks = " " + STARS_CAPTION.format(ours=group.methods[-1]) if marked else ""
-    return f"ADD-S of the methods. A sample is {unit}. {CAPTION}{marks}"
+    return f"ADD-S of the methods. A sample is {unit}. {boxes}{marks}"
 
 
 def _alt(tables: list[pd.DataFrame], phases: list[str]) -> str:

@@ -10,7 +10,7 @@ from ..groups import Group, phase_words
 from ..phases import AFTER, BEFORE
 from ..statistics import quantile
 from ..units import samples
-from .boxes import CAPTION, grouped_boxes, method_handles
+from .boxes import boxes_caption, grouped_boxes, method_handles
 from .drawing import Drawing
 from .marks import STARS_CAPTION, comparisons, star_rows, stars, with_marks
 from .style import COLUMN, looks
@@ -34,7 +34,7 @@ def noise_figure(group: Group, phase: str) -> Drawing:
     figure.legend(handles=method_handles(look), loc="outside lower center", ncols=3)
     return Drawing(
         f"{group.slug}_noise_{phase}",
-        _caption(group, phase, bool(rows)),
+        _caption(group, phase, boxes_caption(tables), bool(rows)),
         _alt(tables, group, phase),
         figure,
     )
@@ -52,8 +52,8 @@ def _texts(tests: pd.DataFrame, scales: tuple[str, ...]) -> list[str]:
     return [stars(by_scale[scale]) if scale in by_scale else "" for scale in scales]
 
 
-def _caption(group: Group, phase: str, marked: bool) -> str:
-    words = f"ADD-S {phase_words(phase)} at each scale of the images' noise. {CAPTION}"
+def _caption(group: Group, phase: str, boxes: str, marked: bool) -> str:
+    words = f"ADD-S {phase_words(phase)} at each scale of the images' noise. {boxes}"
     marks = " " + STARS_CAPTION.format(ours=group.methods[-1]) if marked else ""
     return words + marks + " Holm's correction spans all scales."
 

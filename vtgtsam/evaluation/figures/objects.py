@@ -8,6 +8,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.ticker import MaxNLocator
 
 from ..groups import Group, phase_words
 from ..statistics import ALL, quantile
@@ -61,6 +62,7 @@ def panels_figure(group: Group) -> Drawing:
     for ax in axes.flat[len(names) :]:
         ax.set_visible(False)
         axes.flat[0].set_xlim(0, shown["time_end_s"].max())
+    axes.flat[0].xaxis.set_major_locator(MaxNLocator(5, steps=(1, 2, 5, 10)))
     figure.supylabel("ADD-S [mm]", fontsize=9)
     figure.supxlabel("time since the first frame [s]", fontsize=9)
     figure.legend(handles=line_handles(look), loc="outside upper center", ncols=4)

@@ -46,6 +46,7 @@ STYLE: dict[str, Any] = {
 GREY = "#595959"
 
 _WIDE_SPREAD = 12.0  # largest over small values, from which on a logarithmic axis shows more
+_STEPS = (1, 2, 2.5, 5, 10)  # between the ticks of an axis
 _SMALLEST = 0.01  # [mm], smaller errors are drawn here
 
 
@@ -99,7 +100,7 @@ def error_axis(ax: Axes, which: str, values_mm: np.ndarray, label: str = "ADD-S 
     small, largest = max(quantile(values, 0.05), _SMALLEST), max(float(values.max()), _SMALLEST)
     if largest / small <= _WIDE_SPREAD:
         set_limits(0.0, 1.06 * largest)
-        axis.set_major_locator(MaxNLocator(6))
+        axis.set_major_locator(MaxNLocator(6, steps=_STEPS))
         return
     lowest = max(float(values.min()), _SMALLEST)
     (ax.set_xscale if which == "x" else ax.set_yscale)("log")

@@ -20,7 +20,7 @@ from .drawing import Drawing
 from .over_time import line_handles
 from .style import COLUMN, Look, error_axis, looks
 
-COUNT = 4
+COUNT = 6
 
 
 def worst_sequences(group: Group) -> list[str]:

@@ -51,11 +51,11 @@ _CONDITION_HEADS = {
 }
 
 _ERRORS = [
-    Head("sequences"),
+    Head("n", "sequences"),
     Head("ADD-S [mm]", "median over the samples, with its 95 % bootstrap interval"),
     Head("quartiles [mm]", "25 % and 75 % of the samples"),
-    Head("< 5 mm [%]", "frames with an ADD-S below 5 mm"),
-    Head("< 1 cm [%]", "frames with an ADD-S below 1 cm"),
+    Head("<\N{NO-BREAK SPACE}5\N{NO-BREAK SPACE}mm [%]", "frames with an ADD-S below 5 mm"),
+    Head("<\N{NO-BREAK SPACE}1\N{NO-BREAK SPACE}cm [%]", "frames with an ADD-S below 1 cm"),
     Head("AUC [%]", "area under the accuracy-threshold curve of ADD-S up to 10 cm"),
     Head("ADD [mm]", "median; each vertex to itself, blind to symmetries"),
     Head("position [mm]", "median error of the object's centre"),
@@ -71,7 +71,7 @@ def _error_cells(row: Row) -> list[Cell]:
     return [
         count(row["sequences"]),
         interval(median, low, high),
-        Cell(f"{value(q25).text} – {value(q75).text}", value(q75).key),
+        Cell(f"{value(q25).text}–{value(q75).text}", value(q75).key),
         percent(row["share_below_5mm"]),
         percent(row["share_below_10mm"]),
         percent(row["auc_10cm"]),
@@ -172,7 +172,7 @@ def _test_cells(row: Row, names: list[str], with_difference: bool) -> list[Cell]
         *_condition_cells(row, names),
         Cell(wins, row["n_better"] / row["n"]),
         *difference,
-        value(row["statistic"]),
+        Cell("–" if pd.isna(row["statistic"]) else f"{row['statistic']:g}", row["statistic"]),
         probability(row["p"]),
         probability(row["p_holm"]),
         value(row["effect_size"]),

@@ -19,7 +19,7 @@ from ..statistics import ALL
 from ..tables import Tables
 from .content import page_tables
 from .made import how_made
-from .words import counted, millimetres, number, scope, verdict
+from .words import at_other_scales, counted, millimetres, number, scope, verdict
 
 _HERE = Path(__file__).parent
 
@@ -79,21 +79,17 @@ def _chapter(chapter: Chapter) -> dict[str, Any]:
     group = chapter.group
     single = len(group.rows(group.tables.collected.turns)) == 1
     worst = "Frame by frame" if single else "The worst sequences, frame by frame"
-    sections = {"": chapter.overview, "Objects": chapter.objects, "Contacts": chapter.contacts}
     return {
         "slug": group.slug,
         "title": group.title,
         "scope": scope(group),
         "phase": phase_words(group.phase),
         "tiles": _tiles(group),
-        "verdicts": verdict(group, group.scale),
-        "other_scales": {
-            scale: verdict(group, scale)[0] for scale in group.scales if scale != group.scale
-        },
-        "scale": group.scale,
+        "verdicts": [*verdict(group), *filter(None, [at_other_scales(group)])],
+        "scale": group.scale if len(group.scales) > 1 else "",
         "sections": [
             (title, pictures)
-            for title, pictures in {**sections, worst: chapter.worst}.items()
+            for title, pictures in (("", chapter.overview), (worst, chapter.worst))
             if pictures
         ],
     }

@@ -16,28 +16,35 @@ from ..units import unit_of
 
 SIGNIFICANT = 0.05
 
+_SPACE = "\N{NO-BREAK SPACE}"
 
-def verdict(group: Group, scale: str) -> list[str]:
-    """Which method is best at one noise scale, and whether that could be chance."""
-    summary = group.rows(group.tables.summary, scale)
-    summary = summary[(summary["object"] == ALL) & (summary["phase"] == group.phase)]
-    medians = {
-        str(name): float(mm)
-        for name, mm in zip(summary["method"], summary["adds_median_mm"], strict=True)
-    }
+
+def verdict(group: Group) -> list[str]:
+    """Which method is best, and whether that could be chance."""
+    medians = _medians(group, group.scale)
     if len(medians) == 1:
         name, mm = next(iter(medians.items()))
         return [f"{_when(group)}, the median ADD-S of {name} is {millimetres(mm)}."]
     best = min(medians, key=lambda name: medians[name])
-    rest = ", ".join(
-        f"{millimetres(mm)} with {name}" for name, mm in medians.items() if name != best
-    )
+    others = [f"{millimetres(mm)} with {name}" for name, mm in medians.items() if name != best]
+    rest = " and ".join(filter(None, (", ".join(others[:-1]), others[-1])))
     if np.isinf(medians[best]):
         return [f"{_when(group)}, no method has a pose in most sequences."]
     first = f"{_when(group)}, {best} has the smallest median ADD-S: {millimetres(medians[best])}, against {rest}."
-    tests = group.rows(group.tables.tests, scale)
+    tests = group.rows(group.tables.tests)
     of_phase = tests[tests["phase"] == group.phase].to_dict("records")
     return [first, *_test_sentences(of_phase, best)]
+
+
+def at_other_scales(group: Group) -> str:
+    """The best methods at the noise scales that are not shown in detail; empty where there is none."""
+    parts = []
+    for scale in group.scales:
+        medians = _medians(group, scale)
+        if scale != group.scale and medians:
+            best = min(medians, key=lambda name: medians[name])
+            parts.append(f"{millimetres(medians[best])} with {best} at {scale}")
+    return f"At the other noise scales the smallest is {', '.join(parts)}." if parts else ""
 
 
 def scope(group: Group) -> str:
@@ -61,29 +68,38 @@ def p_value(p: float) -> str:
         return f"{p:.2g}"
     mantissa, exponent = f"{p:.1e}".split("e")
     power = str(int(exponent)).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
-    return f"{mantissa} × 10{power}"
+    return f"{mantissa}{_SPACE}×{_SPACE}10{power}"
 
 
 def millimetres(value: float) -> str:
-    """A length with its unit, to three digits."""
-    return "no pose" if np.isinf(value) else f"{number(value)} mm"
+    """A length with its unit."""
+    return "no pose" if np.isinf(value) else f"{number(value)}{_SPACE}mm"
 
 
 def number(value: float) -> str:
-    """A number to three digits; a dash where there is none."""
+    """A number to about three digits; a dash where there is none."""
     if np.isnan(value):
         return "–"
     if np.isinf(value):
         return "∞" if value > 0 else "−∞"
-    if value == 0:
-        return "0"
-    digits = min(max(2 - int(np.floor(np.log10(abs(value)))), 0), 3)
+    size = abs(value)
+    digits = 3 if 0 < size < 0.01 else 2 if size < 10 else 1 if size < 100 else 0
     return f"{value:.{digits}f}".replace("-", "−")
 
 
 def counted(count: int, noun: str) -> str:
     """A number and its noun: 1 sequence, 2 sequences."""
     return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
+
+
+def _medians(group: Group, scale: str) -> dict[str, float]:
+    """Each method's median ADD-S [mm] at one noise scale, in the phase that counts most."""
+    summary = group.rows(group.tables.summary, scale)
+    rows = summary[(summary["object"] == ALL) & (summary["phase"] == group.phase)]
+    return {
+        str(name): float(mm)
+        for name, mm in zip(rows["method"], rows["adds_median_mm"], strict=True)
+    }
 
 
 def _when(group: Group) -> str:
@@ -111,17 +127,17 @@ def _sentence(test: Mapping[Any, Any], best: str) -> str:
     equal = _equal(str(test["note"]))
     better = test["n_better"] if sign > 0 else test["n"] - test["n_better"] - equal
     wins = f"in {better} of {counted(test['n'], test['unit'])}"
-    chance = f"p = {p_value(test['p_holm'])} after Holm's correction"
+    chance = (
+        f"p{_SPACE}={_SPACE}{p_value(test['p'])}, after Holm's correction {p_value(test['p_holm'])}"
+    )
     if test["p_holm"] >= SIGNIFICANT or sign * test["effect_size"] <= 0:
-        return f"Its advantage over {other} could be chance: smaller {wins}, {chance}."
+        return f"Its advantage over {other} could be chance: smaller {wins} ({chance})."
     gain = sign * test["difference_mm"]
     ends = sorted(sign * test[name] for name in ("difference_low_mm", "difference_high_mm"))
-    interval = (
-        f", 95 % interval {number(ends[0])} to {number(ends[1])} mm" if not pd.isna(ends[0]) else ""
-    )
+    interval = f" [{number(ends[0])}, {number(ends[1])}]" if not pd.isna(ends[0]) else ""
     return (
-        f"It is better than {other} {wins}, by {number(gain)} mm in the median{interval}; "
-        f"{chance}, effect size {sign * test['effect_size']:.2f}."
+        f"It is better than {other} {wins}, by {millimetres(gain)} in the median{interval} "
+        f"({chance}; effect size {sign * test['effect_size']:.2f})."
     )
 
 
