@@ -12,6 +12,7 @@ import numpy as np
 from ..exceptions import RecordingError
 from . import messages
 from .decode import decode, in_order, note
+from .pad_calibration import pressures
 from .source import BagMessage
 from .topics import ContactsTopic
 
@@ -100,10 +101,13 @@ def _array_samples(
             "is in contact: contacts: {topic: ..., threshold: ...}"
         )
     threshold = 1.0 if entry.threshold is None else entry.threshold
-    return [(stamp, entry.names, _bits(message.data, threshold)) for stamp, message in decoded]
+    raw = [(stamp, np.array(list(message.data), dtype=np.float64)) for stamp, message in decoded]
+    if entry.calibration is not None:
+        raw = pressures(raw, entry, threshold)
+    return [(stamp, entry.names, _bits(values, threshold)) for stamp, values in raw]
 
 
-def _bits(values: Sequence[float], threshold: float) -> np.ndarray:
+def _bits(values: Sequence[float] | np.ndarray, threshold: float) -> np.ndarray:
     """1 at or above the threshold, 0 below, NaN where a value is not finite."""
     array = np.array(list(values), dtype=np.float64)  # bytes too, which asarray takes for text
     return np.where(np.isfinite(array), array >= threshold, np.nan)

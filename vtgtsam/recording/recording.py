@@ -147,6 +147,11 @@ class Recording:
         steps_ns: np.ndarray = np.rint(np.arange(count) * (1e9 / rate)).astype(np.int64)
         return start + steps_ns
 
+    @property
+    def streams(self) -> Streams:
+        """The streams as they were read, each with its own instants."""
+        return self._streams
+
     @cached_property
     def ground_truth(self) -> PoseTrajectory | None:
         """The object's true poses T_wo, or None where they were not recorded."""

@@ -9,7 +9,8 @@ that is not mentioned is looked for under this package's own name::
     object: my_mug.obj           # name or mesh path; or {mesh:, scale:, origin:}
     topics:
       joints: /robot/joint_states
-      contacts: {topic: /skin/values, names: [pad_a, pad_b], threshold: 0.15}
+      contacts: {topic: /skin/values, names: [pad_a, pad_b], threshold: 0.15}   # of the raw value; or
+      # {topic: /skin/ohms, names: [...], threshold: 0.15, calibration: {untouched: 2, drop: 900}}
       hand_pose: /robot/wrist
       vision: {topic: /foundationpose/pose, latency: 0.06, frame: camera}
       camera_pose: [0.6, 0, 0.576, 0, 0, 0, 1]     # x y z qx qy qz qw, or a topic
@@ -44,6 +45,34 @@ class _Model(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
 
+def _checked_drop(value: float | tuple[float, ...]) -> float | tuple[float, ...]:
+    if not np.all(np.asarray(value)):
+        raise ValueError("must not be 0: it is how far a press with 6 N changes the value")
+    return value
+
+
+Drop = Annotated[
+    FiniteFloat | Annotated[tuple[FiniteFloat, ...], Field(min_length=1)],
+    AfterValidator(_checked_drop),
+]
+
+
+class PadCalibration(_Model):
+    """How raw values of resistive pads become pressures, as the paper calibrates them.
+
+    The pressure is u = max((base - value) / drop, 0), as fraction of a press with 6 N. The baseline
+    ``base`` is each pad's median while nothing touched the hand, at the start of the bag.
+
+    Attributes:
+        untouched: How long nothing touches the hand after the first message [s].
+        drop: How far a press with 6 N lowers the value, in its own unit; one number for all pads or
+            one a pad; negative where a press raises it.
+    """
+
+    untouched: Annotated[FiniteFloat, Field(gt=0)] = 2.0
+    drop: Drop
+
+
 class ContactsTopic(_Model):
     """Where the contact bits are.
 
@@ -53,11 +82,13 @@ class ContactsTopic(_Model):
         threshold: A value at or above it is a contact. Needed for arrays of floats, in their own
             unit; 1 where not given for UInt8MultiArray; TactilePads carry their own bits unless a
             threshold on their pressure is given here.
+        calibration: For arrays of raw values: the threshold is then a fraction of 6 N.
     """
 
     topic: str = names.CONTACTS
     names: tuple[str, ...] | None = None
     threshold: FiniteFloat | None = None
+    calibration: PadCalibration | None = None
 
 
 class VisionTopic(_Model):
