@@ -61,7 +61,7 @@ def generate(
     hand: Annotated[
         str, typer.Option(help="Grasp description: a name or a YAML file.")
     ] = "isyhand",
-    images: Annotated[bool, typer.Option("--images", help="Store the depth images too.")] = False,
+    images: Annotated[bool, typer.Option("--images", help="Store depth and colour images too.")] = False,
     calibration_error: Annotated[
         bool,
         typer.Option(
@@ -79,6 +79,10 @@ def generate(
     from .sampling import DATASETS
     from .sequence import Settings
 
+    if images:
+        from .graphics import check_graphics
+
+        check_graphics()  # before the work, not after it
     scales = _numbers(noise, "--noise")
     _check_choice(dataset, DATASETS, "--dataset")
     _check_choice(tracker, FORMS, "--tracker")

@@ -4,10 +4,12 @@
 from __future__ import annotations
 
 import heapq
+import itertools
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from operator import itemgetter
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import gtsam
 import numpy as np
@@ -20,6 +22,9 @@ from .calibration import CalibrationError
 from .observe import DepthVideo, Noise
 from .simulate import Trajectory
 from .world import World
+
+if TYPE_CHECKING:
+    from .color import ColorVideo
 
 # An instant and what to write then.
 Event = tuple[float, Callable[[RecordingWriter], None]]
@@ -35,6 +40,7 @@ class Take:
         video: What the camera saw of it.
         noise: The camera's noise.
         error: What the setup believes wrongly.
+        color: What the camera saw in colour; where it is given, all images are recorded.
     """
 
     world: World
@@ -42,6 +48,7 @@ class Take:
     video: DepthVideo
     noise: Noise
     error: CalibrationError
+    color: ColorVideo | None = None
 
     @property
     def T_wc(self) -> gtsam.Pose3:
@@ -53,17 +60,16 @@ class Take:
         return joints + self.error.joints
 
 
-def record(take: Take, tracker: str, images: bool, path: Path, metadata: dict[str, str]) -> None:
+def record(take: Take, tracker: str, path: Path, metadata: dict[str, str]) -> None:
     """Record a take.
 
     Args:
         take: The sequence.
         tracker: Form of the visual tracker, "depth" or "depth-hand".
-        images: Whether to store the depth images.
         path: The file to write.
         metadata: What it says about itself.
     """
-    events = heapq.merge(_samples(take), _frames(take, tracker, images), key=itemgetter(0))
+    events = heapq.merge(_samples(take), _frames(take, tracker), key=itemgetter(0))
     hand, mesh = take.world.hand, mesh_file(take.world.obj)
     with RecordingWriter(path, metadata, hand_xml=hand.xml, mesh=mesh) as writer:
         writer.camera_pose(0.0, take.T_wc)
@@ -86,7 +92,7 @@ def _samples(take: Take) -> Iterator[Event]:
         yield time, write
 
 
-def _frames(take: Take, form: str, images: bool) -> Iterator[Event]:
+def _frames(take: Take, form: str) -> Iterator[Event]:
     """The tracker's poses, and the images, at the camera's rate.
 
     The tracker is told the object's true pose in the camera's frame at the first frame, as by the paper's
@@ -96,7 +102,9 @@ def _frames(take: Take, form: str, images: bool) -> Iterator[Event]:
     tracker = make_tracker(form, take.world.obj, camera, take.world.hand)
     T_co = take.video.T_wc.between(gtsam.Pose3(t.frame_T_wo[0]))
     tracker.start(take.T_wc * T_co)
-    for k, image in enumerate(take.video.images(take.noise, take.error)):
+    colors = itertools.repeat(None) if take.color is None else take.color.images(take.noise)
+    depths = take.video.images(take.noise, take.error)
+    for k, (image, color) in enumerate(zip(depths, colors, strict=False)):
         joints, T_wh = take.measured_joints(t.frame_joints[k]), gtsam.Pose3(t.frame_T_wh[k])
         tracked = tracker.update(image, take.T_wc, joints, T_wh)
         time = float(t.frame_time[k])
@@ -106,10 +114,12 @@ def _frames(take: Take, form: str, images: bool) -> Iterator[Event]:
             time: float = time,
             T_wo: gtsam.Pose3 | None = tracked.T_wo,
             image: np.ndarray = image,
+            color: np.ndarray | None = color,
         ) -> None:
             if T_wo is not None:
                 writer.object_pose(time, T_wo)
-            if images:
+            if color is not None:
                 writer.depth(time, image)
+                writer.color(time, color)
 
         yield time, write

@@ -18,8 +18,10 @@ from vtgtsam.hand_file import PadBox, compile_hand, find_pads, parse_spec, read_
 from vtgtsam.pads import RIM
 
 from . import constants as c
+from .appearance import color_of
 from .convex import convex_parts
 from .description import GraspDescription
+from .skin import Skin, find_skin
 
 if TYPE_CHECKING:
     import trimesh
@@ -61,7 +63,18 @@ def _light(scene: mujoco.MjSpec) -> None:
     scene.visual.headlight.ambient = (0.35, 0.35, 0.35)
     scene.visual.headlight.diffuse = (0.35, 0.35, 0.35)
     scene.visual.global_.offwidth, scene.visual.global_.offheight = 1280, 960
-    scene.worldbody.add_light(pos=(0.5, -0.4, 1.2), dir=(-0.4, 0.4, -1.1), castshadow=True)
+    scene.add_texture(
+        name="surroundings",  # what colour images show where nothing is
+        type=mujoco.mjtTexture.mjTEXTURE_SKYBOX,
+        builtin=mujoco.mjtBuiltin.mjBUILTIN_GRADIENT,
+        rgb1=(0.75, 0.78, 0.80),
+        rgb2=(0.45, 0.47, 0.50),
+        width=64,
+        height=64,
+    )
+    scene.visual.quality.shadowsize = 1024
+    light = scene.worldbody.add_light(pos=(0.5, -0.4, 1.2), dir=(-0.4, 0.4, -1.1), castshadow=True)
+    light.diffuse, light.cutoff = (0.45, 0.45, 0.45), 30.0
 
 
 def _add_hand(scene: mujoco.MjSpec, description: GraspDescription, hand: HandModel) -> None:
@@ -123,7 +136,7 @@ def _add_pad(spec: mujoco.MjSpec, body: mujoco.MjsBody, box: PadBox) -> None:
         contype=0,
         conaffinity=_PAD_BIT,
         group=VISIBLE,
-        rgba=(0.95, 0.75, 0.2, 1),
+        rgba=(0.22, 0.26, 0.32, 1),
     )
 
 
@@ -178,22 +191,7 @@ def _add_object(scene: mujoco.MjSpec, obj: ObjectModel) -> None:
     body = scene.worldbody.add_body(name=OBJECT)
     body.add_freejoint(name=OBJECT)
     _set_inertia(body, obj)
-    scene.add_mesh(
-        name=OBJECT,
-        uservert=np.asarray(obj.mesh.vertices, dtype=np.float64).ravel(),
-        userface=np.asarray(obj.mesh.faces, dtype=np.int32).ravel(),
-        inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL,  # not used; an open mesh fails otherwise
-    )
-    body.add_geom(
-        name=OBJECT,
-        type=mujoco.mjtGeom.mjGEOM_MESH,
-        meshname=OBJECT,
-        contype=0,
-        conaffinity=0,
-        mass=0,
-        group=VISIBLE,
-        rgba=(0.25, 0.5, 0.75, 1),
-    )
+    _add_surface(scene, body, obj)
     for index, vertices in enumerate(convex_parts(obj.mesh)):
         name = f"{OBJECT} part {index}"
         _add_hull(scene, name, vertices)
@@ -209,6 +207,41 @@ def _add_object(scene: mujoco.MjSpec, obj: ObjectModel) -> None:
             solref=c.SOLREF,
             solimp=c.SOLIMP,
         )
+
+
+def _add_surface(scene: mujoco.MjSpec, body: mujoco.MjsBody, obj: ObjectModel) -> None:
+    """Add what cameras see of the object, in the colours of its file where that has a texture."""
+    skin = find_skin(obj)
+    surface: Skin | trimesh.Trimesh = obj.mesh if skin is None else skin
+    mesh = scene.add_mesh(
+        name=OBJECT,
+        uservert=np.asarray(surface.vertices, dtype=np.float64).ravel(),
+        userface=np.asarray(surface.faces, dtype=np.int32).ravel(),
+        inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL,  # not used; an open mesh fails otherwise
+    )
+    geom = body.add_geom(
+        name=OBJECT,
+        type=mujoco.mjtGeom.mjGEOM_MESH,
+        meshname=OBJECT,
+        contype=0,
+        conaffinity=0,
+        mass=0,
+        group=VISIBLE,
+        rgba=(*color_of(obj.name), 1),
+    )
+    if skin is not None:
+        mesh.usertexcoord = skin.coordinates.ravel()
+        mesh.userfacetexcoord = np.asarray(skin.faces, dtype=np.int32).ravel()
+        _paint(scene, geom, skin.image)
+
+
+def _paint(scene: mujoco.MjSpec, geom: mujoco.MjsGeom, image: np.ndarray) -> None:
+    texture = scene.add_texture(name=OBJECT, type=mujoco.mjtTexture.mjTEXTURE_2D, nchannel=3)
+    texture.height, texture.width = image.shape[:2]
+    texture.data = image.tobytes()
+    material = scene.add_material(name=OBJECT, rgba=(1, 1, 1, 1))
+    material.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = OBJECT
+    geom.material, geom.rgba = OBJECT, (1, 1, 1, 1)
 
 
 def _add_hull(spec: mujoco.MjSpec, name: str, vertices: np.ndarray) -> None:

@@ -40,7 +40,7 @@ class Settings:
         tracker: "depth" or "depth-hand".
         hand: Name or path of the grasp description.
         ycb: Directory of YCB meshes; None for the built-in objects.
-        images: Whether the depth images are stored too.
+        images: Whether the images, depth and colour, are stored too.
         calibration_error: Whether camera, joints and edges have the errors of a real setup.
     """
 
@@ -82,6 +82,7 @@ def make_sequence(settings: Settings, name: SequenceName, files: dict[float, Pat
 
     Raises:
         NotGraspable: No sample was accepted.
+        NoGraphics: Images are wanted and there is nothing to draw colour ones with.
     """
     with threadpool_limits(1):  # the number of threads would show in the last bits
         world = _world(settings.hand, name.object, settings.ycb)
@@ -92,10 +93,15 @@ def make_sequence(settings: Settings, name: SequenceName, files: dict[float, Pat
         if settings.calibration_error:
             error = CalibrationError.drawn(count, np.random.default_rng(error_seed))
         video = DepthVideo(world, sample.trajectory)
+        color = None
+        if settings.images:
+            from .color import ColorVideo  # needs OpenGL
+
+            color = ColorVideo(world, sample.trajectory, video.camera)
         for scale, path in files.items():
-            take = Take(world, sample.trajectory, video, Noise(scale, noise_seed), error)
+            take = Take(world, sample.trajectory, video, Noise(scale, noise_seed), error, color)
             metadata = _metadata(settings, name, world, sample, scale)
-            record(take, settings.tracker, settings.images, path, metadata)
+            record(take, settings.tracker, path, metadata)
     return Counter(sample.rejections)
 
 

@@ -7,6 +7,7 @@ from collections import Counter
 import gtsam
 import numpy as np
 import pytest
+from graphics_needed import needs_graphics
 from short_course import FRAMES, SAMPLES, shorten
 
 import sim.record
@@ -120,6 +121,7 @@ def test_the_tracker_is_told_the_truth_once_and_a_frame_it_lost_has_no_pose(tmp_
     np.testing.assert_allclose(recording.visual_poses.times, 0.033 * np.array(kept), atol=1e-9)
 
 
+@needs_graphics
 def test_stored_images_are_those_the_tracker_saw(tmp_path, spy):
     make(tmp_path / "a", images=True)
     camera = camera_intrinsics(tmp_path / "a.1.mcap")
@@ -131,6 +133,7 @@ def test_stored_images_are_those_the_tracker_saw(tmp_path, spy):
     assert 0.05 < (stored[0][1] > 0).mean() < 0.9
 
 
+@needs_graphics
 def test_images_are_left_out_unless_asked_for_and_change_nothing_else(tmp_path):
     make(tmp_path / "a")
     make(tmp_path / "b", images=True)

@@ -8,6 +8,7 @@ from collections import Counter
 from pathlib import Path
 
 import pytest
+from graphics_needed import needs_graphics
 from typer.testing import CliRunner
 
 from sim import datasets
@@ -48,6 +49,7 @@ def call(*arguments):
     return CliRunner().invoke(app, ["generate", *arguments])
 
 
+@needs_graphics  # for --images
 def test_options_become_settings(calls, tmp_path):
     result = call(
         *("--dataset", "occ", "--out", str(tmp_path), "--objects", "cube,mug", "--grasps", "2"),
