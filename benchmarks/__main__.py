@@ -82,6 +82,19 @@ def evaluation(
     run(recordings)
 
 
+@app.command()
+def exactness(
+    stored: Annotated[Path, typer.Argument(help="File of starts and poses, .npz.")],
+    recordings: Annotated[
+        Path | None, typer.Option(help="Recordings to solve as well.", exists=True)
+    ] = None,
+) -> None:
+    """Store each frame's start and pose, or compare with what an earlier version stored."""
+    from .exactness import run
+
+    run(stored, recordings)
+
+
 @app.callback()
 def benchmarks() -> None:
     """How fast and how exact the estimator is. Each command writes into benchmarks/results/."""

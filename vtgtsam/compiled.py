@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Two decorators for loops compiled with Numba."""
+"""Three decorators for loops compiled with Numba."""
 
 from __future__ import annotations
 
@@ -23,12 +23,22 @@ def compiled(function: Function) -> Function:
     return _compile(function)
 
 
-def compiled_fast(function: Function) -> Function:
-    """Compile like ``compiled``, but let the compiler reorder and fuse operations, so that it can vectorise.
+def inlined(function: Function) -> Function:
+    """Compile like ``compiled``, and merge into the compiled functions that call it.
+
+    For small parts of a loop: a call that passes arrays costs more than they do.
+    """
+    return _compile(function, forceinline=True)
+
+
+def inlined_fast(function: Function) -> Function:
+    """Compile like ``inlined``, but let the compiler reorder and fuse operations, so that it can vectorise.
 
     Only for loops whose rounding is bounded by whoever uses the result, and whose values are finite.
     """
-    return _compile(function, fastmath={"reassoc", "contract", "nsz", "arcp", "nnan"})
+    return _compile(
+        function, forceinline=True, fastmath={"reassoc", "contract", "nsz", "arcp", "nnan"}
+    )
 
 
 def _compile(function: Function, **options: Any) -> Function:

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 from dataclasses import dataclass
 
@@ -12,7 +11,7 @@ import numpy as np
 
 from ..pads import PadSet
 from .grid import GridSdf
-from .search import TILE, closest_on_pads, points_in_world
+from .search import ROUNDING, TILE, closest_on_pads, points_in_world
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,16 +43,25 @@ class ClosestPoints:
     def __init__(self, pads: PadSet, sdf: GridSdf) -> None:
         count = len(pads)
         self._pads = pads
-        self._grid = (sdf.values, sdf.lower, sdf.scale, _lipschitz(sdf), sdf.largest)
-        self._points = (pads.points_p, _box_corners(pads), *_cut_into_tiles(pads))
+        order, tiles, offsets = _cut_into_tiles(pads)
+        tile_boxes = _tile_boxes(tiles, ROUNDING * float((sdf.upper - sdf.lower).max()))
+        reach = int(np.ceil(np.linalg.norm(tile_boxes[3:], axis=0).max() * sdf.scale.max())) + 1
+        self._grid = (
+            sdf.values,
+            sdf.bends(reach),
+            sdf.lower,
+            sdf.scale,
+            _lipschitz(sdf),
+            sdf.largest,
+        )
+        self._points = (pads.points_p, _pad_boxes(pads), order, tiles, tile_boxes, offsets)
         # What the search remembers from pose to pose: see search.py.
         self._memory = (
             np.empty(TILE, np.float32),
-            np.full(self._points[-1][-1], -np.inf),
+            np.full(offsets[-1], -np.inf),
             np.zeros(count),
             pads.offsets[:-1].copy(),
-            np.zeros((count, 3, 3)),
-            np.full((count, 3), np.inf),
+            np.full((count, 3, 4), np.inf),
             np.zeros(count, dtype=bool),
         )
         self._all = np.ones(count, dtype=bool)
@@ -113,12 +121,17 @@ def _lipschitz(sdf: GridSdf) -> np.ndarray:
     return np.array([sdf.lipschitz, np.hypot(sdf.lipschitz, 1.0)])
 
 
-def _box_corners(pads: PadSet) -> np.ndarray:
-    """Corners of the axis-aligned box around each pad's points, (K, 4, 3) where all lie at z = 0, else (K, 8, 3)."""
+def _pad_boxes(pads: PadSet) -> np.ndarray:
+    """Centre and half extents of each pad's points along its axes, (K, 2, 3)."""
     bounds = np.array([(pad.points_p.min(axis=0), pad.points_p.max(axis=0)) for pad in pads.pads])
-    flat = not bounds[:, :, 2].any()
-    choices = [c for c in itertools.product((0, 1), repeat=3) if not (flat and c[2])]
-    return np.stack([bounds[:, choice, (0, 1, 2)] for choice in choices], axis=1)
+    return np.stack([bounds.mean(axis=1), np.ptp(bounds, axis=1) / 2], axis=1)
+
+
+def _tile_boxes(tiles: np.ndarray, margin: float) -> np.ndarray:
+    """Centre and half extents of each tile, widened by ``margin`` [m], (6, N) in single precision."""
+    points = tiles.reshape(3, -1, TILE)
+    least, most = points.min(axis=2), points.max(axis=2)
+    return np.concatenate([(least + most) / 2, (most - least) / 2 + np.float32(margin)])
 
 
 def _cut_into_tiles(pads: PadSet) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -11,10 +11,10 @@ from typing import Any
 
 import numpy as np
 
-from ..compiled import compiled
+from ..compiled import compiled, inlined
 
 
-@compiled
+@inlined
 def trilinear(values: Any, lower: Any, scale: Any, x: float, y: float, z: float) -> Any:
     """Distance at one point and its gradient, (phi, gx, gy, gz); NaN where the point is not finite.
 
@@ -42,14 +42,17 @@ def trilinear(values: Any, lower: Any, scale: Any, x: float, y: float, z: float)
     return phi + outside, gx, gy, gz
 
 
-@compiled
+@inlined
 def in_cell(values: Any, scale: Any, i: int, j: int, k: int, u: float, v: float, w: float) -> Any:
     """Trilinear value and its derivative [per metre] in cell (i, j, k), at (u, v, w) cells from the first node."""
     fx, fy, fz = u - i, v - j, w - k
-    v000, v001 = np.float64(values[i, j, k]), np.float64(values[i, j, k + 1])
-    v010, v011 = np.float64(values[i, j + 1, k]), np.float64(values[i, j + 1, k + 1])
-    v100, v101 = np.float64(values[i + 1, j, k]), np.float64(values[i + 1, j, k + 1])
-    v110, v111 = np.float64(values[i + 1, j + 1, k]), np.float64(values[i + 1, j + 1, k + 1])
+    # Unsigned: a signed index might count from the end, and asking costs more than the interpolation.
+    i0, j0, k0 = np.uint64(i), np.uint64(j), np.uint64(k)
+    i1, j1, k1 = np.uint64(i + 1), np.uint64(j + 1), np.uint64(k + 1)
+    v000, v001 = np.float64(values[i0, j0, k0]), np.float64(values[i0, j0, k1])
+    v010, v011 = np.float64(values[i0, j1, k0]), np.float64(values[i0, j1, k1])
+    v100, v101 = np.float64(values[i1, j0, k0]), np.float64(values[i1, j0, k1])
+    v110, v111 = np.float64(values[i1, j1, k0]), np.float64(values[i1, j1, k1])
 
     # Along z, then y, then x; each derivative differs in its own axis only.
     v00, v01 = v000 + fz * (v001 - v000), v010 + fz * (v011 - v010)

@@ -1,0 +1,118 @@
+# SPDX-License-Identifier: MIT
+"""Does a change of the code change a pose? Each frame solved again from a stored start, next to the stored pose.
+
+Write the file with the code before the change, compare with the code after it. Settings are stored with the poses,
+so that a change of the defaults does not count.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import gtsam
+import numpy as np
+
+from vtgtsam import EstimatorConfig, Measurement, PoseEstimator, read_recording
+from vtgtsam.evaluation.find import find_recordings
+from vtgtsam.evaluation.frames import evaluation_frames
+
+from . import problems
+from .ours import Ours
+
+SAME = 1e-9  # largest difference of an entry of a pose's matrix [1] or [m]
+FRAMES = 300  # of each benchmark problem
+
+Case = tuple[str, PoseEstimator, list[Measurement]]
+
+
+def run(stored: Path, recordings: Path | None = None) -> None:
+    """Write ``stored`` where there is no such file, else compare with it.
+
+    Raises:
+        SystemExit: A pose differs.
+    """
+    if not stored.exists():
+        write(stored, recordings)
+    else:
+        compare(stored, recordings)
+
+
+def write(stored: Path, recordings: Path | None) -> None:
+    """Track each case, and store where each frame started and ended."""
+    arrays: dict[str, np.ndarray] = {}
+    for name, estimator, frames in cases(recordings):
+        starts, poses = track(estimator, frames)
+        arrays |= {f"{name} starts": starts, f"{name} poses": poses}
+        arrays[f"{name} settings"] = np.array(estimator.config.model_dump_json())
+        print(f"{name}: {len(poses)} frames")
+    np.savez_compressed(stored, **arrays)
+
+
+def compare(stored: Path, recordings: Path | None) -> None:
+    """Solve each frame from its stored start, and say how far it ends from the stored pose."""
+    differs = False
+    with np.load(stored, allow_pickle=False) as arrays:
+        for name, estimator, frames in cases(recordings):
+            if f"{name} poses" not in arrays:
+                print(f"{name}: not in {stored}")
+                continue
+            settings = EstimatorConfig.model_validate_json(str(arrays[f"{name} settings"]))
+            if settings != estimator.config:
+                estimator = PoseEstimator(estimator.hand, estimator.obj, settings)
+            poses = solve_each(estimator, frames, arrays[f"{name} starts"])
+            apart = np.abs(poses - arrays[f"{name} poses"]).max(axis=(1, 2))
+            changed = np.flatnonzero(~((apart <= SAME) | np.isnan(apart)))
+            changed_frames = f", frames {changed.tolist()[:10]}" if len(changed) else ""
+            print(f"{name}: {len(poses)} frames, at most {np.nanmax(apart):.1e}{changed_frames}")
+            differs |= len(changed) > 0
+    if differs:
+        raise SystemExit(f"poses differ by more than {SAME}")
+
+
+def cases(recordings: Path | None) -> Iterator[Case]:
+    """The benchmark problems and the recordings, each with both solvers, and what is compared."""
+    for title, problem in (
+        ("unrelated", problems.single_frames(FRAMES)),
+        ("tracked", problems.sequence(FRAMES)),
+        ("built-in hand", problems.sequence(FRAMES, pads=problems.isyhand_pads())),
+    ):
+        for solver in ("lm", "fixed-damping"):
+            ours = Ours(problem, solver)
+            yield f"{title}, {solver}", ours.estimator, ours.measurements
+    if recordings is None:
+        return
+    for name, path in find_recordings([recordings]).items():
+        recording = read_recording(path)
+        frames = evaluation_frames(recording)
+        for preset in (EstimatorConfig.simulation, EstimatorConfig.tuned):
+            for solver in ("lm", "fixed-damping"):
+                settings = preset(solver=solver)
+                estimator = PoseEstimator(recording.hand, recording.object, settings)
+                yield f"{name}, {preset.__name__}, {solver}", estimator, frames
+
+
+def track(estimator: PoseEstimator, frames: list[Measurement]) -> tuple[np.ndarray, np.ndarray]:
+    """Starts and poses (N, 4, 4) of frames that follow each other; NaN where there is none."""
+    starts, poses, T_wo = [], [], None
+    for frame in frames:
+        start = frame.T_wo_visual if T_wo is None else T_wo
+        T_wo = estimator.update(frame).T_wo
+        starts.append(_matrix(start))
+        poses.append(_matrix(T_wo))
+    return np.array(starts), np.array(poses)
+
+
+def solve_each(
+    estimator: PoseEstimator, frames: list[Measurement], starts: np.ndarray
+) -> np.ndarray:
+    """Poses (N, 4, 4), each frame from its own start."""
+    poses = []
+    for frame, start in zip(frames, starts, strict=True):
+        estimator.reset(None if np.isnan(start).any() else gtsam.Pose3(start))
+        poses.append(_matrix(estimator.update(frame).T_wo))
+    return np.array(poses)
+
+
+def _matrix(T_wo: gtsam.Pose3 | None) -> np.ndarray:
+    return np.full((4, 4), np.nan) if T_wo is None else T_wo.matrix()
