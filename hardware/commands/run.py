@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 
     from hardware.live.devices import Devices
     from hardware.live.run import Plan
+    from hardware.live.view import Where
     from vtgtsam import EstimatorConfig
 
 # A computer that emulates a hand beside driving it may pause either for longer than a real hand allows.
@@ -52,12 +53,19 @@ def run(
     wrist: Wrist = None,
     start: Annotated[
         str | None,
-        typer.Option(help="The object's first pose in the hand frame: x,y,z,qx,qy,qz,qw [m]."),
+        typer.Option(
+            help="The object's first pose in the hand frame, x,y,z,qx,qy,qz,qw [m]; else the "
+            "camera finds it."
+        ),
     ] = None,
     object_scale: Annotated[float, typer.Option(help="Metres per unit of the mesh.")] = 1.0,
     tracker: Annotated[str, typer.Option(help="depth, or depth-hand.")] = "depth-hand",
     config: Annotated[str, typer.Option(help=f"{', '.join(CONFIGS)}, or a file.")] = "tuned",
     images: Annotated[bool, typer.Option(help="Record the images too.")] = True,
+    view: Annotated[bool, typer.Option("--view", help="Show the run in Rerun.")] = False,
+    save_view: Annotated[
+        Path | None, typer.Option(help="Write what Rerun would show to this .rrd file.")
+    ] = None,
     yes: Annotated[bool, typer.Option("--yes", help="Do not ask before the hand moves.")] = False,
     seed: Annotated[int, typer.Option(min=0, help="Of the emulation's noise.")] = 0,
 ) -> None:
@@ -73,6 +81,7 @@ def run(
 
     if tracker not in FORMS:
         raise typer.BadParameter(f"expected {' or '.join(FORMS)}", param_hint="--tracker")
+    where = _where(view, save_view)
     description = load_description(hand)
     if emulate:
         description = description.model_copy(update=EMULATED)
@@ -84,12 +93,14 @@ def run(
         obj=load_object(object, scale=object_scale),
         config=_config(config),
         wiring=wiring_of(description),
+        T_ho=None if start is None else _start_pose(start),
         tracker=tracker,
         record=record,
         images=images,
         seconds=seconds,
         ends_after_grasp=emulate,
         give_up=EMULATED_GIVE_UP if emulate else GIVE_UP,
+        view=where,
     )
     if emulate:
         with _emulated(plan, seed) as devices:
@@ -101,7 +112,6 @@ def run(
         camera=camera,
         scale=calibration_file(scale, hand, "pads"),
         wrist=calibration_file(wrist, hand, "wrist"),
-        T_ho=_start_pose(start),
     )
     ask = _show if yes else _ask
     _carry_out(plan, real_devices(ports, description, ask), ask)
@@ -118,6 +128,8 @@ def _carry_out(plan: Plan, devices: Devices, ask: Callable[[str], None]) -> None
         typer.echo(f"the computer was too slow: {lost:.1f} s were not simulated")
     if plan.record is not None:
         typer.echo(f"recorded to {plan.record}")
+    if plan.view is not None and plan.view.save is not None:
+        typer.echo(f"see it with: rerun {plan.view.save}")
 
 
 @contextmanager
@@ -163,19 +175,30 @@ def _config(name_or_path: str) -> EstimatorConfig:
     return EstimatorConfig.from_yaml(name_or_path)
 
 
-def _start_pose(text: str | None) -> gtsam.Pose3:
+def _where(spawn: bool, save: Path | None) -> Where | None:
+    """Where to show the run, checked before anything starts."""
+    from hardware.live.view import Where
+
+    if not spawn and save is None:
+        return None
+    where = Where(spawn, save)
+    where.check()
+    return where
+
+
+def _start_pose(text: str) -> gtsam.Pose3:
     """T_ho from seven numbers."""
     import gtsam
     import numpy as np
 
     try:
-        numbers = np.array([float(word) for word in (text or "").split(",")])
+        numbers = np.array([float(word) for word in text.split(",")])
     except ValueError:
         numbers = np.empty(0)
     if numbers.shape != (7,) or not abs(np.linalg.norm(numbers[3:]) - 1) < 1e-2:
         raise typer.BadParameter(
-            f"the tracker needs the object's first pose in the hand frame, seven numbers "
-            f"x,y,z,qx,qy,qz,qw with a quaternion of norm 1, got {text!r}",
+            f"expected the object's first pose in the hand frame, seven numbers x,y,z,qx,qy,qz,qw "
+            f"with a quaternion of norm 1, got {text!r}",
             param_hint="--start",
         )
     qx, qy, qz, qw = numbers[3:] / np.linalg.norm(numbers[3:])

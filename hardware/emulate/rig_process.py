@@ -3,7 +3,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import multiprocessing
+import queue
 import signal
 import sys
 import threading
@@ -24,7 +26,7 @@ from vtgtsam.exceptions import VtgtsamError
 from vtgtsam.vision.camera import CameraIntrinsics
 
 if TYPE_CHECKING:
-    from .rig import Rig
+    from .rig import Rig, Shot
 
 _START = (
     600.0  # [s], the search for a pose to grasp from may take a minute or two on a slow computer
@@ -33,7 +35,8 @@ _WAIT = 5.0  # [s], for an answer or an image
 _JOIN = 5.0  # [s]
 _WATCHDOG = 4.0  # [s], longer than any Bus Watchdog (2.54 s)
 _SWITCH = 0.0005  # [s], after which a computing thread lets others in
-_REST = 1.0  # [s], in which the object comes to rest on the palm
+_REST = 0.2, 0.0005  # [s, m], the object is at rest when it moves no farther in that time
+_SETTLING = 5.0  # [s], after which a restless object is taken as it is
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,7 +67,7 @@ class RigProcess:
         """
         context = multiprocessing.get_context("spawn")
         self._control, control = context.Pipe()
-        self._images, images = context.Pipe(duplex=False)
+        self._images, images = context.Pipe()
         arguments = (description, obj, seed, control, images)
         self._process = context.Process(target=_serve, args=arguments, name="rig", daemon=True)
         self._process.start()
@@ -90,10 +93,10 @@ class RigProcess:
         if self._process.is_alive():
             self._process.kill()
 
-    def put_object(self) -> gtsam.Pose3:
-        """Put the object on the palm; its pose T_co in the camera frame after it came to rest."""
+    def put_object(self) -> None:
+        """Put the object on the palm; returns when it has come to rest."""
         self._control.send("put")
-        return gtsam.Pose3(self._answer(_WAIT + 10))
+        self._answer(_WAIT + 10)
 
     def lost(self) -> float:
         """Time that was not simulated because the computer was too slow [s]."""
@@ -137,11 +140,10 @@ class _RigCamera(Camera):
     def read(self) -> CameraFrame:
         """The newest image; those that nobody has taken in time are gone, as with a real camera."""
         try:
+            self._images.send("next")
             if not self._images.poll(_WAIT):
                 raise CameraError(f"no image from the {self.name} for {_WAIT:.0f} s")
             shot = self._images.recv()
-            while self._images.poll():
-                shot = self._images.recv()
         except (EOFError, OSError) as error:
             raise CameraError(f"the {self.name} has gone") from error
         self._show_truth(shot.time, gtsam.Pose3(shot.T_co))
@@ -169,9 +171,14 @@ def _serve(
             T_wo = rig.prepare()
             ports = (rig.servos.path, rig.pads.path)
             control.send(Ready(*ports, rig.intrinsics, rig.T_ch.matrix(), rig.scale))
+            # What ends the program reaches its whole group as well; it ends us by hanging up.
+            for number in (signal.SIGTERM, signal.SIGHUP):
+                signal.signal(number, signal.SIG_IGN)
             _Server(rig, T_wo, control, images).run()
     except VtgtsamError as error:
         control.send(error)
+    except BrokenPipeError:  # the program did not wait
+        return
 
 
 class _Server:
@@ -183,11 +190,12 @@ class _Server:
         self._control = control
         self._images = images
         self._stop = threading.Event()
-        self._taken = self._missed = 0
+        self._newest: queue.Queue[Shot] = queue.Queue(1)
 
     def run(self) -> None:
-        film = threading.Thread(target=self._film, name="camera", daemon=True)
-        film.start()
+        film = (self._newest_only, self._stop)
+        threading.Thread(target=self._rig.film, args=film, name="camera", daemon=True).start()
+        threading.Thread(target=self._hand_out, name="images", daemon=True).start()
         try:
             while True:
                 self._control.send(self._carry_out(self._control.recv()))
@@ -195,21 +203,36 @@ class _Server:
             self._tell_torque()
         self._stop.set()
 
-    def _carry_out(self, order: str) -> np.ndarray | float:
+    def _carry_out(self, order: str) -> float:
         if order == "put":
             self._rig.hand.put(self._T_wo)
-            time.sleep(_REST)
-            _, _, T_wo = self._rig.hand.look()
-            return self._rig.T_wc.inverse().matrix() @ T_wo
+            return self._settle()
         if order == "lost":
             return self._rig.hand.lost
         raise ValueError(f"unknown order {order!r}")
 
-    def _film(self) -> None:
-        try:
-            self._rig.film(self._images.send, self._stop)
-        except OSError:  # nobody looks any more
-            return
+    def _settle(self) -> float:
+        """Wait until the object lies still; the time it took [s]."""
+        start, before = time.monotonic(), np.full((4, 4), np.inf)
+        while (took := time.monotonic() - start) < _SETTLING:
+            _, _, T_wo = self._rig.hand.look()
+            if took > 5 * _REST[0] and np.abs(T_wo - before)[:3, 3].max() < _REST[1]:
+                break
+            before = T_wo
+            time.sleep(_REST[0])
+        return took
+
+    def _newest_only(self, shot: Shot) -> None:
+        """Keep an image until it is asked for or the next one is there."""
+        with contextlib.suppress(queue.Empty):
+            self._newest.get_nowait()
+        self._newest.put(shot)
+
+    def _hand_out(self) -> None:
+        """Give an image whenever one is asked for."""
+        with contextlib.suppress(EOFError, OSError):  # nobody looks any more
+            while self._images.recv():
+                self._images.send(self._newest.get())
 
     def _tell_torque(self) -> None:
         """The program has ended: does the hand still have torque?"""

@@ -32,7 +32,7 @@ class Devices:
         scale: The pads' bench calibration.
         T_ch: The hand's pose in the camera frame.
         open_camera: Opens the camera; given what to tell true poses T_co to, if they are known.
-        put_object: Has the object put on the palm; its pose T_co then.
+        put_object: Has the object put on the palm; returns when it lies there.
         lost: Time an emulator could not simulate [s]; None for real devices.
     """
 
@@ -41,7 +41,7 @@ class Devices:
     scale: PadScale
     T_ch: gtsam.Pose3
     open_camera: Callable[[Truth], Camera]
-    put_object: Callable[[], gtsam.Pose3]
+    put_object: Callable[[], None]
     lost: Callable[[], float] | None = None
 
 
@@ -55,7 +55,6 @@ class Ports:
         camera: As for ``open_camera``.
         scale: File of the pads' bench calibration.
         wrist: File of the hand's pose in the camera frame.
-        T_ho: The object's pose in the hand frame when the grasp begins.
     """
 
     servos: str
@@ -63,7 +62,6 @@ class Ports:
     camera: str
     scale: Path
     wrist: Path
-    T_ho: gtsam.Pose3
 
 
 def real_devices(ports: Ports, description: HandDescription, ask: Ask) -> Devices:
@@ -74,19 +72,15 @@ def real_devices(ports: Ports, description: HandDescription, ask: Ask) -> Device
     """
     if description.pads is None:
         raise ValueError("a live run needs a hand with pads")
-    T_ch = load_wrist(ports.wrist)
-
-    def put_object() -> gtsam.Pose3:
-        ask("Put the object on the palm as --start says, take your hands away, then press Enter: ")
-        return T_ch * ports.T_ho
-
     return Devices(
         servos=ports.servos,
         pads=ports.pads,
         scale=load_scale(ports.scale, description.pads),
-        T_ch=T_ch,
+        T_ch=load_wrist(ports.wrist),
         open_camera=lambda truth: open_camera(ports.camera),
-        put_object=put_object,
+        put_object=lambda: ask(
+            "Put the object on the palm, take your hands away, then press Enter: "
+        ),
     )
 
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """A live run from the open hand to the end of the grasp.
 
-    calibrate the pads -> put the object on the palm -> close the hand -> track and record
+    calibrate the pads -> put the object on the palm -> find it -> close the hand -> track and record
 
 The main thread only watches: it prints the status, ends the run when a thread fails or a stream falls
 silent, and is where signals arrive. Whatever ends it, the torque goes off first.
@@ -36,12 +36,14 @@ from vtgtsam.vision.depth_tracker import DepthTracker, make_tracker
 
 from . import guard
 from .devices import Devices
+from .find import as_start, find_object
 from .fingers import Fingers, Phase
 from .fusion import STREAMS, Fusion
 from .recorder import Recorder
 from .sensors import Pads, Vision
 from .slots import RunClock, Streams
 from .status import Status
+from .view import LiveView, Setup, Where
 from .workers import Workers
 
 HOLD = 2.0  # [s], the closed hand is watched for so long before an emulated run ends
@@ -63,12 +65,14 @@ class Plan:
         obj: The object.
         config: The estimator's settings.
         wiring: The hand's pads.
+        T_ho: The object's first pose in the hand frame; None: the camera finds it.
         tracker: Form of the visual tracker, "depth" or "depth-hand".
         record: The file to record to, or None.
         images: Whether the recording has the images.
         seconds: How long to run after the grasp has begun [s]; None: until it is ended from outside.
         ends_after_grasp: Whether to end when the hand has closed, and held for a moment.
         give_up: How long joints or pads may be silent before the run ends [s].
+        view: Where to show the run in Rerun, or None.
     """
 
     description: HandDescription
@@ -77,12 +81,14 @@ class Plan:
     obj: ObjectModel
     config: EstimatorConfig
     wiring: PadWiring
+    T_ho: gtsam.Pose3 | None = None
     tracker: str = "depth-hand"
     record: Path | None = None
     images: bool = True
     seconds: float | None = None
     ends_after_grasp: bool = False
     give_up: float = guard.GIVE_UP
+    view: Where | None = None
 
 
 def run(
@@ -117,12 +123,16 @@ class _Run:
         self._clock = RunClock()
         self._streams = Streams(STREAMS)
         self._recorder = Recorder(None)
+        self._view: LiveView | None = None
 
     def carry_out(self) -> Status:
         """From opening the devices to the summary."""
         plan = self._plan
         with ExitStack() as stack:
             camera = stack.enter_context(self._devices.open_camera(self._show_truth))
+            if plan.view is not None:
+                setup = Setup(plan.hand, plan.obj, self._devices.T_ch, camera.intrinsics)
+                self._view = stack.enter_context(LiveView(plan.view, setup))
             tracker = make_tracker(plan.tracker, plan.obj, camera.intrinsics, plan.hand)
             self._warm_up(tracker)
             board = stack.enter_context(
@@ -140,9 +150,12 @@ class _Run:
             self._recorder.write("hand_pose", 0, self._devices.T_ch)
             fingers = self._open(hand, workers)
             self._start_pads(board, workers)
-            tracker.start(self._devices.put_object())
+            self._devices.put_object()
+            tracker.start(self._first_pose(camera, fingers))
             vision = self._start_vision(camera, tracker, workers)
             fusion = self._start_fusion(workers)
+            if self._view is not None:
+                self._view.watch(self._streams, fusion, self._clock, lambda: vision.frame)
             status = Status(self._streams, fusion, fingers, vision, self._clock)
             fingers.close()
             self._watch(status, fingers, workers)
@@ -213,6 +226,18 @@ class _Run:
         )
         workers.start("pads", pads.run)
 
+    def _first_pose(self, camera: Camera, fingers: Fingers) -> gtsam.Pose3:
+        """T_co of the object on the open hand."""
+        plan, T_ch = self._plan, self._devices.T_ch
+        if plan.T_ho is not None:
+            return T_ch * plan.T_ho
+        found = find_object(camera, plan.obj, plan.hand, fingers.state.positions, T_ch)
+        self._say(
+            f"found {plan.obj.name} at --start {as_start(found, T_ch)}, which explains "
+            f"{100 * found.score:.0f} % of what is seen"
+        )
+        return found.T_co
+
     def _start_vision(self, camera: Camera, tracker: DepthTracker, workers: Workers) -> Vision:
         vision = Vision(
             camera,
@@ -259,3 +284,5 @@ class _Run:
         instant_ns = self._clock.instant_ns(monotonic)
         if instant_ns >= 0:
             self._recorder.write("truth", instant_ns, T_co)
+            if self._view is not None:
+                self._view.truth(instant_ns, T_co)

@@ -70,7 +70,8 @@ class Evidence:
         T_co: The pose to judge, object in camera.
 
     Attributes:
-        kind: What each pixel says, as the kernels number it, shape (height, width).
+        predicted: Depth of the object alone at that pose [m], inf where it is not, shape (height, width).
+        kind: What each pixel says, as the kernels number it, same shape.
         outline: Number of pixels where the pose puts the object.
         surface: Number of those which show its surface there.
         through: Number of those which show something behind it.
@@ -87,17 +88,17 @@ class Evidence:
             T_oc.rotation().matrix(),
             np.asarray(T_oc.translation()),
         )
-        self._predicted = np.empty(view.depth.shape)
-        kernels.render(*shape.grid, shape.box, *self._pose, self._predicted)
+        self.predicted = np.empty(view.depth.shape)
+        kernels.render(*shape.grid, shape.box, *self._pose, self.predicted)
         self.kind = np.empty(view.depth.shape, dtype=np.uint8)
         limits = np.array([SINGLE * view.sigma + ROOM, MEAN * view.sigma + ROOM, SLACK])
         self.misfit = float(
             kernels.classify(
-                self._predicted, view.depth, view.hand, view.sigma, limits, WINDOW, self.kind
+                self.predicted, view.depth, view.hand, view.sigma, limits, WINDOW, self.kind
             )
         )
         counts = np.bincount(self.kind.ravel(), minlength=4)
-        self.outline = int(np.count_nonzero(self._predicted < np.inf))
+        self.outline = int(np.count_nonzero(self.predicted < np.inf))
         self.measured = int(counts[1:].sum())
         self.surface = int(counts[kernels.SURFACE])
         self.through = int(counts[kernels.THROUGH])
@@ -122,7 +123,7 @@ class Evidence:
             *self._shape.grid,
             *self._pose,
             self._view.depth,
-            self._predicted,
+            self.predicted,
             self.kind,
             self._view.sigma,
             GRAZING,
