@@ -61,7 +61,9 @@ def generate(
     hand: Annotated[
         str, typer.Option(help="Grasp description: a name or a YAML file.")
     ] = "isyhand",
-    images: Annotated[bool, typer.Option("--images", help="Store depth and colour images too.")] = False,
+    images: Annotated[
+        bool, typer.Option("--images", help="Store depth and colour images too.")
+    ] = False,
     calibration_error: Annotated[
         bool,
         typer.Option(
@@ -116,6 +118,9 @@ def look(
         Path, typer.Option(help="File to write: .mp4, .gif, .webp, or .png for a sheet.")
     ],
     size: Annotated[str, typer.Option(help="Width and height of one view [pixels].")] = "480x360",
+    stacked: Annotated[
+        bool, typer.Option("--stacked", help="In a film, the camera's view above the side's.")
+    ] = False,
     instants: Annotated[
         int, typer.Option(min=1, max=20, help="Pictures side by side in a sheet.")
     ] = 4,
@@ -155,7 +160,7 @@ def look(
     if suffix == ".png":
         write_sheet(recording, out, instants, shape, shown)
     else:
-        write_film(recording, out, fps, speed, shape, shown)
+        write_film(recording, out, fps, speed, shape, stacked, shown)
     typer.echo(f"wrote {out}, {out.stat().st_size / 1e6:.2f} MB")
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""A film of a recording: the camera's view on the left, the side's on the right."""
+"""A film of a recording: the camera's view and the side's, side by side or one above the other."""
 
 from __future__ import annotations
 
@@ -24,6 +24,7 @@ def frames(
     fps: float,
     speed: float,
     size: tuple[int, int],
+    stacked: bool = False,
     estimates: Mapping[str, PoseTrajectory] | None = None,
 ) -> Iterator[np.ndarray]:
     """The film's pictures, RGB, uint8, shape (height, width, 3), height and width even.
@@ -33,6 +34,7 @@ def frames(
         fps: Pictures in a second of the film [Hz].
         speed: Seconds of the recording in a second of the film.
         size: Width and height of a view [pixels].
+        stacked: Whether the camera's view is above the side's, else it is on the left.
         estimates: Poses to show beside the object's, by name.
 
     Raises:
@@ -41,9 +43,10 @@ def frames(
     """
     estimates, recording = estimates or {}, read_recording(path)
     shown = instants(recording, fps / speed, list(estimates.values()))
+    join = np.vstack if stacked else np.hstack
     with Painter(recording, shown, size, list(estimates)) as painter:
         for instant in shown:
-            picture = painter.captioned(instant, np.hstack(painter.paint(instant)))
+            picture = painter.captioned(instant, join(painter.paint(instant)))
             yield picture[: picture.shape[0] // 2 * 2, : picture.shape[1] // 2 * 2]
 
 
@@ -53,10 +56,11 @@ def write_film(
     fps: float | None,
     speed: float,
     size: tuple[int, int],
+    stacked: bool = False,
     estimates: Mapping[str, PoseTrajectory] | None = None,
 ) -> None:
     """Write a film as H.264 in .mp4, which every player shows, or as .gif or .webp for web pages."""
     fps = fps or FPS[out.suffix.lower()]
     encode = encoder(out.suffix.lower())  # before the work, in case it cannot
     with replacing(out) as temporary:
-        encode(frames(path, fps, speed, size, estimates), temporary, fps)
+        encode(frames(path, fps, speed, size, stacked, estimates), temporary, fps)

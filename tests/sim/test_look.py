@@ -190,6 +190,15 @@ def contact_sheet_pair(recording):
 
 
 @needs_graphics
+def test_a_film_may_have_one_view_above_the_other(recording):
+    (beside, *_), (above, *_) = (film.frames(recording, 0.4, 1.0, SIZE, s) for s in (False, True))
+    width, height = SIZE
+    assert above.shape == (2 * height + LINE, width, 3)
+    np.testing.assert_array_equal(above[:height], beside[:height, :width])
+    np.testing.assert_array_equal(above[height : 2 * height], beside[:height, width:])
+
+
+@needs_graphics
 def test_a_film_is_h264_that_every_player_shows(recording, tmp_path):
     imageio_ffmpeg = pytest.importorskip("imageio_ffmpeg")
     out = tmp_path / "film.mp4"
