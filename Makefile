@@ -16,6 +16,7 @@ demo: setup
 	PATH="$(abspath $(BIN)):$$PATH" sh tools/demo.sh
 
 test: setup
+	@sh tools/browser.sh
 	$(BIN)/python -m pytest -n $(WORKERS) --dist worksteal
 
 slow: setup

@@ -59,8 +59,8 @@ def collect(out: Path, sequences: pd.DataFrame) -> Collected:
         turns.append(names | {"turn_start": start, "turn_end": end})
     conditions = sequences.set_index("sequence")[[n for n in CONDITION if n != "dataset"]]
     return Collected(
-        _table(phases, [*_NAMES, "phase"]).join(conditions, on="sequence"),
-        (pd.concat(steps) if steps else _table([], [*_NAMES, "step"])).join(
+        _table(phases, [*_NAMES, "phase", "adds_median_m"]).join(conditions, on="sequence"),
+        (pd.concat(steps) if steps else _table([], [*_NAMES, "step", "adds_median_m"])).join(
             conditions, on="sequence"
         ),
         _table(turns, _NAMES[1:]).join(conditions, on="sequence"),

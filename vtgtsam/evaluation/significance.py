@@ -154,7 +154,8 @@ def _compare(
     result |= {"n": len(a), "n_better": int((a < b).sum())} | signed_rank(differences)
     missing = table["sequence"].nunique() - _both(table)
     if missing:
-        words = f"{missing} sequences left out, in which only one of the two has a value"
+        noun = "sequence" if missing == 1 else "sequences"
+        words = f"{missing} {noun} left out, in which only one of the two has a value"
         result["note"] = "; ".join(filter(None, (result["note"], words)))
     return result | _difference(1e3 * differences) if with_difference else result
 

@@ -28,7 +28,7 @@ def contacts_figure(group: Group, out: Path) -> Drawing | None:
     found = contact_shares(out, sequences) if len(sequences) > 1 else None
     if found is None:
         return None
-    figure = Figure(figsize=(COLUMN, 1.2 + 0.155 * len(found.pads)))
+    figure = Figure(figsize=(COLUMN, 1.2 + max(0.155 * len(found.pads), 1.8)))
     ax = figure.subplots()
     end = STEP * len(found.shares)
     image = ax.imshow(
