@@ -29,28 +29,41 @@ class CalibrationError:
         T_error: Where the camera is believed to be, T_wc believed = T_error T_wc. It turns about the
             world's origin, the wrist, as when the camera was calibrated by a tag there.
         joints: Measured minus true joint angles [rad], shape (J,).
-        edges: Whether depth fails at edges.
+        imperfect: Whether there is an error; depth then fails at edges too.
     """
 
     T_error: gtsam.Pose3
     joints: np.ndarray
-    edges: bool
+    imperfect: bool
 
     @classmethod
     def none(cls, joint_count: int) -> CalibrationError:
         """A perfect setup."""
-        return cls(gtsam.Pose3(), np.zeros(joint_count), edges=False)
+        return cls(gtsam.Pose3(), np.zeros(joint_count), imperfect=False)
 
     @classmethod
     def drawn(cls, joint_count: int, rng: np.random.Generator) -> CalibrationError:
         """Camera off by 2 mm and 1 degree in a random direction, each joint's zero by about 1 degree."""
         rotation = gtsam.Rot3.Expmap(CAMERA_ROTATION * _direction(rng))
         T_error = gtsam.Pose3(rotation, CAMERA_TRANSLATION * _direction(rng))
-        return cls(T_error, rng.normal(0.0, JOINT_ZERO, joint_count), edges=True)
+        return cls(T_error, rng.normal(0.0, JOINT_ZERO, joint_count), imperfect=True)
+
+    def covariance(self, T_wo: gtsam.Pose3) -> np.ndarray:
+        """What a careful user expects of the camera's error, as covariance of an object's pose, shape (6, 6).
+
+        It is that of the distribution the error is drawn from, zero in a perfect setup.
+        """
+        if not self.imperfect:
+            return np.zeros((6, 6))
+        # T_wo believed = T_error T_wo: a left perturbation, turned into a right one.
+        variances = np.repeat([CAMERA_ROTATION**2 / 3.0, CAMERA_TRANSLATION**2 / 3.0], 3)
+        adjoint = T_wo.inverse().AdjointMap()
+        spread: np.ndarray = adjoint @ np.diag(variances) @ adjoint.T
+        return spread
 
     def spoil_depth(self, depth: np.ndarray, rng: np.random.Generator) -> np.ndarray:
         """A depth image [m] with holes (0) and flying pixels at its edges, where depth fails there."""
-        return with_bad_edges(depth, rng) if self.edges else depth
+        return with_bad_edges(depth, rng) if self.imperfect else depth
 
 
 def with_bad_edges(depth: np.ndarray, rng: np.random.Generator) -> np.ndarray:

@@ -113,11 +113,12 @@ def _frames(take: Take, form: str) -> Iterator[Event]:
             writer: RecordingWriter,
             time: float = time,
             T_wo: gtsam.Pose3 | None = tracked.T_wo,
+            covariance: np.ndarray = tracked.covariance,
             image: np.ndarray = image,
             color: np.ndarray | None = color,
         ) -> None:
             if T_wo is not None:
-                writer.object_pose(time, T_wo)
+                writer.object_pose(time, T_wo, covariance + take.error.covariance(T_wo))
             if color is not None:
                 writer.depth(time, image)
                 writer.color(time, color)

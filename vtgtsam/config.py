@@ -46,6 +46,10 @@ class EstimatorConfig(BaseModel):
     w_vis: Positive | VisualWeight = Field(
         1.0, description="visual weight, one number or (rotation [1/rad^2], translation [1/m^2])"
     )
+    use_visual_covariance: bool = Field(
+        False,
+        description="whether a visual pose's own covariance, where it brings one, replaces w_vis",
+    )
     w_tac: Positive = Field(1.0, description="weight of each touching pad's distance [1/m^2]")
     w_pen: Positive = Field(1.0, description="weight of each pad's penetration [1/m^2]")
     recover: bool = Field(False, description="whether a lost estimate starts again from vision")
@@ -65,16 +69,16 @@ class EstimatorConfig(BaseModel):
     def tuned(cls, **overrides: Any) -> EstimatorConfig:
         """Our settings: each weight is 1 / sigma^2 of an error a robot really has, each theta a number of sigmas.
 
-        So radians and metres are weighed apart, ``Measurement.visual_sigma`` is on the same scale, and the
-        covariance is one in rad and m. A lost estimate starts again from vision.
+        So radians and metres are weighed apart, a visual pose's own uncertainty is on the same scale (and is
+        used where it is known), and the covariance is one in rad and m. A lost estimate starts again from vision.
         """
         preset: dict[str, Any] = {
             "w_vis": VisualWeight(rotation=1 / 0.03**2, translation=1 / 0.003**2),
-            "w_tac": 1
-            / 0.002**2,  # soft pads, joint zeros, and an object that is not quite its mesh
-            "w_pen": 1 / 0.001**2,
+            "use_visual_covariance": True,
+            "w_tac": 1 / 0.001**2,  # joint zeros, and an object that is not quite its mesh
+            "w_pen": 1 / 0.0005**2,
             "log_theta_vis": 5.0,  # 12 sigmas: 21 degrees or 37 mm
-            "log_theta_tac": 2.0,  # 2.7 sigmas: a contact farther than 5 mm from the object is false
+            "log_theta_tac": 3.4,  # 5.5 sigmas: a contact farther than 5 mm from the object is false
             "damping": 100.0,  # a thousandth of the visual translation weight
             "recover": True,
         }

@@ -24,7 +24,7 @@ from .factors.noise import welsch_weight
 from .factors.tactile import tactile_residual
 from .factors.visual import visual_residual
 from .frame import Frame, check
-from .graph import OBJECT, FrameGraph, GraphBuilder, as_graph, visual_weights
+from .graph import OBJECT, FrameGraph, GraphBuilder, as_graph
 from .measurement import Measurement
 from .objects import ObjectModel
 from .pads import PadSet
@@ -71,7 +71,7 @@ class PoseEstimator:
             ValueError: The measurement has the wrong shape or names, or lacks something: a mistake of the
                 program that made it.
         """
-        frame = check(measurement, self.hand)
+        frame = check(measurement, self.hand, self.config.use_visual_covariance)
         if frame.invalid:
             logger.warning("t = %s: not finite, so not used: %s", frame.time, frame.invalid)
             return self._without_solving(frame, "invalid")
@@ -135,10 +135,15 @@ class PoseEstimator:
         if frame.T_wo_visual is None:
             return 0.0
         residual = visual_residual(T_wo, frame.T_wo_visual)
-        weights = visual_weights(frame, self.config)
-        error = weights.rotation * residual[:3].dot(residual[:3])
-        error += weights.translation * residual[3:].dot(residual[3:])
-        return float(welsch_weight(error, self.config.log_theta_vis))
+        return float(welsch_weight(self._squared_norm(frame, residual), self.config.log_theta_vis))
+
+    def _squared_norm(self, frame: Frame, residual: np.ndarray) -> float:
+        """Of a visual residual, in units of its noise."""
+        if frame.visual_covariance is not None:
+            return float(residual @ np.linalg.solve(frame.visual_covariance, residual))
+        rotation, translation = self.config.visual_weights
+        rotated, moved = residual[:3], residual[3:]
+        return float(rotation * rotated.dot(rotated) + translation * moved.dot(moved))
 
     def _pad_weights(self, frame: Frame, contacts: PadContacts) -> np.ndarray:
         weights = np.zeros(len(self.hand))

@@ -28,7 +28,7 @@ class Frame:
         touching: Indices of the pads in contact, shape (N,).
         T_wp: Pad poses in the world, shape (K, 4, 4).
         T_wo_visual: The visual pose, or None.
-        visual_sigma: Its standard deviation, (rotation [rad], translation [m]), or None.
+        visual_covariance: Its covariance, shape (6, 6), or None where the configured weight counts.
         invalid: What is not finite, in words; empty where all is well.
     """
 
@@ -36,19 +36,24 @@ class Frame:
     touching: np.ndarray
     T_wp: np.ndarray
     T_wo_visual: gtsam.Pose3 | None
-    visual_sigma: tuple[float, float] | None
+    visual_covariance: np.ndarray | None
     invalid: str
 
 
-def check(measurement: Measurement, hand: PadSet) -> Frame:
+def check(measurement: Measurement, hand: PadSet, use_visual_covariance: bool = False) -> Frame:
     """Bring a measurement into arrays.
+
+    Args:
+        measurement: What was measured.
+        hand: The pads it is about.
+        use_visual_covariance: Whether the visual pose's own covariance counts.
 
     Raises:
         ValueError: Something has the wrong shape or names, or is missing. What is merely not finite is a matter
             of one frame, not of the program: it is named in ``Frame.invalid``.
     """
     touching = np.flatnonzero(contact_bits(measurement.contacts, hand.pad_names))
-    visual, sigma = measurement.T_wo_visual, measurement.visual_sigma
+    visual, covariance = measurement.T_wo_visual, None
     invalid = []
     try:
         T_wp = pad_poses(measurement, hand)
@@ -60,9 +65,29 @@ def check(measurement: Measurement, hand: PadSet) -> Frame:
         invalid.append("joints, T_wh or T_wp")
     if visual is not None and not _are_poses(np.ascontiguousarray(visual.matrix())[None]):
         invalid.append("T_wo_visual")
-    if sigma is not None and not (np.isfinite(sigma).all() and min(sigma) > 0):
-        invalid.append("visual_sigma")
-    return Frame(measurement.time, touching, T_wp, visual, sigma, ", ".join(invalid))
+    if measurement.visual_sigma is not None:
+        covariance = np.diag(np.repeat(np.square(measurement.visual_sigma), 3))
+        if not (np.isfinite(covariance).all() and min(measurement.visual_sigma) > 0):
+            invalid.append("visual_sigma")
+    elif measurement.visual_covariance is not None and use_visual_covariance:
+        covariance = _shaped(measurement.visual_covariance, (6, 6), "visual_covariance")
+        if not _is_covariance(covariance):
+            invalid.append("visual_covariance")
+    return Frame(measurement.time, touching, T_wp, visual, covariance, ", ".join(invalid))
+
+
+def _shaped(values: ArrayLike, shape: tuple[int, ...], name: str) -> np.ndarray:
+    array = np.array(values, dtype=np.float64)
+    if array.shape != shape:
+        raise ValueError(f"{name} must have shape {shape}, got {array.shape}")
+    return array
+
+
+def _is_covariance(matrix: np.ndarray) -> bool:
+    """Whether a matrix is finite, symmetric up to rounding and positive definite."""
+    if not (np.isfinite(matrix).all() and np.allclose(matrix, matrix.T, rtol=1e-6, atol=0.0)):
+        return False
+    return bool(np.linalg.eigvalsh(matrix)[0] > 0.0)
 
 
 def contact_bits(contacts: ArrayLike | Mapping[str, bool], names: tuple[str, ...]) -> np.ndarray:

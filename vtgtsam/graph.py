@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import gtsam
 from gtsam.symbol_shorthand import X
 
-from .config import EstimatorConfig, VisualWeight
-from .factors.noise import isotropic, pose_noise, welsch_of_each, welsch_of_norm
+from .config import EstimatorConfig
+from .factors.noise import gaussian, isotropic, pose_noise, welsch_of_each, welsch_of_norm
 from .factors.penetration import penetration_factor
 from .factors.tactile import tactile_factor
 from .factors.visual import visual_factor
@@ -49,7 +49,7 @@ class GraphBuilder:
     def __init__(self, closest: ClosestPoints, pads: int, config: EstimatorConfig) -> None:
         self._closest = closest
         self._config = config
-        self._visual_noise = self._robust_pose_noise(config.visual_weights)
+        self._visual_noise = self._robust(pose_noise(*config.visual_weights))
         self._tactile_noise = [
             welsch_of_each(isotropic(count, config.w_tac), config.log_theta_tac)
             for count in range(1, pads + 1)
@@ -61,8 +61,8 @@ class GraphBuilder:
         visual = None
         if frame.T_wo_visual is not None:
             noise = self._visual_noise
-            if frame.visual_sigma is not None:
-                noise = self._robust_pose_noise(visual_weights(frame, self._config))
+            if frame.visual_covariance is not None:
+                noise = self._robust(gaussian(frame.visual_covariance))
             visual = visual_factor(OBJECT, frame.T_wo_visual, noise)
         hand: list[gtsam.NonlinearFactor] = []
         touching = len(frame.touching)
@@ -73,15 +73,8 @@ class GraphBuilder:
             hand.append(self._penetration)
         return FrameGraph(visual, tuple(hand))
 
-    def _robust_pose_noise(self, weights: VisualWeight) -> gtsam.noiseModel.Robust:
-        return welsch_of_norm(pose_noise(*weights), self._config.log_theta_vis)
-
-
-def visual_weights(frame: Frame, config: EstimatorConfig) -> VisualWeight:
-    """The frame's visual weights: the configured ones, or 1 / sigma^2 where the frame brings its own."""
-    if frame.visual_sigma is None:
-        return config.visual_weights
-    return VisualWeight(*(1.0 / sigma**2 for sigma in frame.visual_sigma))
+    def _robust(self, noise: gtsam.noiseModel.Base) -> gtsam.noiseModel.Robust:
+        return welsch_of_norm(noise, self._config.log_theta_vis)
 
 
 def as_graph(factors: tuple[gtsam.NonlinearFactor, ...]) -> gtsam.NonlinearFactorGraph:

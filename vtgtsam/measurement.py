@@ -31,6 +31,9 @@ class Measurement:
             are not used.
         visual_sigma: Standard deviation of the visual pose, (rotation [rad], translation [m]).
             Replaces the configured visual weight by 1/sigma^2 for this frame.
+        visual_covariance: Covariance of the visual pose, shape (6, 6), right perturbation, rotation [rad]
+            first, then translation [m]. Takes the weight's place where the configuration says
+            ``use_visual_covariance`` and no ``visual_sigma`` is given.
     """
 
     time: float
@@ -40,3 +43,4 @@ class Measurement:
     T_wh: gtsam.Pose3 = field(default_factory=gtsam.Pose3)
     T_wp: np.ndarray | None = None
     visual_sigma: tuple[float, float] | None = None
+    visual_covariance: np.ndarray | None = None

@@ -58,3 +58,14 @@ def test_before_nothing_there_are_holes_but_nothing_flies():
     assert set(np.unique(spoiled)) == {0.0, 0.7}
     assert (spoiled[21:39, 31:49] == 0.7).all()
     assert (spoiled[depth == 0] == 0).all()
+
+
+def test_the_covariance_is_that_of_poses_seen_by_cameras_drawn_so():
+    rng = np.random.default_rng(0)
+    T_wo = gtsam.Pose3(gtsam.Rot3.RzRyRx(0.3, -0.4, 1.0), np.array([0.1, 0.02, 0.05]))
+    errors = [CalibrationError.drawn(1, rng) for _ in range(4000)]
+    xi = np.array([T_wo.localCoordinates(error.T_error * T_wo) for error in errors])
+    expected, found = errors[0].covariance(T_wo), xi.T @ xi / len(xi)
+    scale = np.sqrt(np.outer(np.diag(expected), np.diag(expected)))
+    np.testing.assert_allclose(found / scale, expected / scale, atol=0.08)
+    assert not CalibrationError.none(1).covariance(T_wo).any()

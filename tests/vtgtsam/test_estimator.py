@@ -163,6 +163,8 @@ def test_a_lost_estimate_starts_again_from_vision_where_it_is_told_to():
         {"T_wp": np.full((8, 4, 4), np.nan)},
         {"visual_sigma": (0.0, 0.001)},
         {"visual_sigma": (0.01, np.inf)},
+        {"visual_covariance": np.diag([1.0, 1, 1, 1, 1, -1])},
+        {"visual_covariance": np.full((6, 6), np.nan)},
         {"time": np.nan},
     ],
 )
@@ -185,12 +187,13 @@ def test_values_that_are_not_finite_are_not_used(broken):
         ({"T_wp": np.zeros((7, 4, 4))}, r"T_wp must have shape \(8, 4, 4\)"),
         ({"T_wp": np.zeros((8, 4, 4))}, "must hold poses"),
         ({"T_wp": None}, "PadSet has no kinematics"),
+        ({"visual_covariance": np.eye(3)}, r"visual_covariance must have shape \(6, 6\)"),
     ],
 )
 def test_a_malformed_measurement_raises_one_sentence(broken, message):
     pads, obj, measurement, _ = frame(7)
     with pytest.raises(ValueError, match=message):
-        PoseEstimator(pads, obj).update(replace(measurement, **broken))
+        PoseEstimator(pads, obj, EstimatorConfig.tuned()).update(replace(measurement, **broken))
 
 
 def test_contacts_by_name_are_the_contacts_in_order():
@@ -233,6 +236,40 @@ def test_a_visual_sigma_replaces_the_visual_weight():
         replace(measurement, visual_sigma=(0.2, 0.05))
     )
     np.testing.assert_allclose(by_frame.T_wo.matrix(), by_config.T_wo.matrix(), atol=1e-12)
+
+
+def test_a_visual_covariance_counts_where_the_configuration_says_so():
+    pads, obj, measurement, start = frame(12)
+    covariance = np.diag([0.04] * 3 + [0.0025] * 3)
+    told = replace(measurement, visual_covariance=covariance)
+    by_sigma = estimator_at(start, pads, obj, EstimatorConfig.simulation()).update(
+        replace(measurement, visual_sigma=(0.2, 0.05))
+    )
+    used = EstimatorConfig.simulation(use_visual_covariance=True)
+    by_covariance = estimator_at(start, pads, obj, used).update(told)
+    np.testing.assert_allclose(by_covariance.T_wo.matrix(), by_sigma.T_wo.matrix(), atol=1e-12)
+    assert by_covariance.visual_weight == pytest.approx(by_sigma.visual_weight)
+    plain = estimator_at(start, pads, obj, EstimatorConfig.simulation())
+    before = plain.update(measurement)
+    plain.reset(gtsam.Pose3(start))
+    np.testing.assert_array_equal(plain.update(told).T_wo.matrix(), before.T_wo.matrix())
+
+
+def test_a_direction_that_vision_does_not_see_is_left_to_touch():
+    pads, obj, measurement, start = frame(12)
+    config = EstimatorConfig.tuned(use_visual_covariance=True)
+    shifted = gtsam.Pose3(start).retract(np.array([0, 0, 0, 0, 0, 0.01]))
+    moved = []
+    for sigma in (1e-4, 1.0):  # [m], along the shift
+        measurement = replace(
+            measurement,
+            T_wo_visual=shifted,
+            visual_covariance=np.diag([1e-4] * 3 + [1e-8, 1e-8, sigma**2]),
+        )
+        estimate = estimator_at(start, pads, obj, config).update(measurement)
+        moved.append(gtsam.Pose3(start).localCoordinates(estimate.T_wo)[5])
+    assert moved[0] > 0.009
+    assert abs(moved[1]) < 0.005
 
 
 def test_a_free_direction_has_infinite_variance_and_the_others_do_not():

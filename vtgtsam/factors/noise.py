@@ -28,6 +28,11 @@ def pose_noise(rotation_weight: float, translation_weight: float) -> gtsam.noise
     return noiseModel.Diagonal.Sigmas(sigmas)
 
 
+def gaussian(covariance: np.ndarray) -> gtsam.noiseModel.Base:
+    """Gaussian noise of a full covariance, symmetric and positive definite."""
+    return noiseModel.Gaussian.Covariance(covariance)
+
+
 def welsch_of_norm(noise: gtsam.noiseModel.Base, log_theta: float) -> gtsam.noiseModel.Robust:
     """One Welsch loss on the norm of the whole whitened residual."""
     loss = noiseModel.mEstimator.Welsch.Create(math.exp(log_theta / 2), _Scheme.Block)

@@ -54,8 +54,8 @@ def to_world(vision: PoseStream, camera: PoseStream, warnings: list[str]) -> Pos
     return PoseStream(
         times_ns=vision.times_ns[known],
         poses=[camera.poses[index[i]] * vision.poses[i] for i in known],
-        # Root mean squares over the axes are the same in every frame.
-        sigmas=[vision.sigmas[i] for i in known],
+        # Perturbations of the object's own frame are the same seen from the camera and the world.
+        covariances=[vision.covariances[i] for i in known],
         frame="world",
     )
 
@@ -109,7 +109,7 @@ def measurements_at(
             joints=joints[i],
             T_wo_visual=visual[i][0],
             T_wh=T_wh[i],
-            visual_sigma=visual[i][1],
+            visual_covariance=visual[i][1],
         )
         for i in np.flatnonzero(ready)
     ]
@@ -142,13 +142,13 @@ def _held_poses(stream: PoseStream | None, instants_ns: np.ndarray) -> list[gtsa
 
 def _held_visual(
     stream: PoseStream | None, instants_ns: np.ndarray, hold_ns: int
-) -> list[tuple[gtsam.Pose3 | None, tuple[float, float] | None]]:
+) -> list[tuple[gtsam.Pose3 | None, np.ndarray | None]]:
     nothing = (None, None)
     if stream is None:
         return [nothing] * len(instants_ns)
     index = np.searchsorted(stream.times_ns, instants_ns, side="right") - 1
     fresh = (index >= 0) & (instants_ns - stream.times_ns[index] <= hold_ns)
     return [
-        (stream.poses[i], stream.sigmas[i]) if ok else nothing
+        (stream.poses[i], stream.covariances[i]) if ok else nothing
         for i, ok in zip(index, fresh, strict=True)
     ]

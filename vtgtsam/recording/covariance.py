@@ -41,13 +41,8 @@ def ros_from_tangent(covariance: np.ndarray, rotation: gtsam.Rot3) -> np.ndarray
     return ros
 
 
-def sigmas(covariance: np.ndarray) -> tuple[float, float] | None:
-    """Standard deviations (rotation [rad], translation [m]) of a tangent covariance (6, 6).
-
-    Each is the root mean square over its three axes, which no choice of axes changes. None where the
-    covariance says nothing: all zeros (unknown, by ROS's convention), negative or not finite.
-    """
-    rotation, translation = np.trace(covariance[:3, :3]) / 3, np.trace(covariance[3:, 3:]) / 3
-    if not np.isfinite(covariance).all() or rotation <= 0 or translation <= 0:
-        return None
-    return float(np.sqrt(rotation)), float(np.sqrt(translation))
+def is_known(covariance: np.ndarray) -> bool:
+    """Whether a covariance (6, 6) says something: not all zeros (unknown, by ROS's convention) and possible."""
+    if not np.isfinite(covariance).all() or not np.any(covariance):
+        return False
+    return bool(np.linalg.eigvalsh((covariance + covariance.T) / 2)[0] > 0.0)

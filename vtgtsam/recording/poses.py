@@ -11,11 +11,9 @@ import gtsam
 import numpy as np
 
 from . import messages
-from .covariance import sigmas, tangent_from_ros
+from .covariance import is_known, tangent_from_ros
 from .decode import decode, in_order, note
 from .source import BagMessage
-
-Sigmas = tuple[float, float]  # rotation [rad], translation [m]
 
 TYPES = (messages.POSE, messages.POSE_WITH_COVARIANCE)
 
@@ -27,13 +25,13 @@ class PoseStream:
     Attributes:
         times_ns: Stamps [ns], int64, shape (N,), increasing, N > 0.
         poses: The N poses.
-        sigmas: Their standard deviations, None where not given.
+        covariances: Of each pose, shape (6, 6), right perturbation, rotation first; None where not given.
         frame: The frame that the first message says it is given in.
     """
 
     times_ns: np.ndarray
     poses: Sequence[gtsam.Pose3]
-    sigmas: Sequence[Sigmas | None]
+    covariances: Sequence[np.ndarray | None]
     frame: str
 
     def held(self, instants_ns: np.ndarray) -> np.ndarray:
@@ -49,24 +47,24 @@ class PoseStream:
 def read_poses(topic: str, bag: Sequence[BagMessage], warnings: list[str]) -> PoseStream | None:
     """The poses of a topic, or None where it has none that can be used."""
     decoded = decode(topic, bag, TYPES, warnings)
-    found: list[tuple[int, gtsam.Pose3, Sigmas | None]] = []
+    found: list[tuple[int, gtsam.Pose3, np.ndarray | None]] = []
     for stamp, message in decoded:
         pose = messages.pose_from_fields(getattr(message.pose, "pose", message.pose))
         if pose is not None:
-            found.append((stamp, pose, _sigmas(message.pose, pose)))
+            found.append((stamp, pose, _covariance(message.pose, pose)))
     why = "are not finite or have a quaternion whose norm is not 1"
     note(warnings, topic, len(decoded) - len(found), len(decoded), why)
     found = in_order(found, topic, warnings)
     if not found:
         return None
-    stamps, poses, pose_sigmas = zip(*found, strict=True)
+    stamps, poses, covariances = zip(*found, strict=True)
     frame = str(decoded[0][1].header.frame_id)
-    return PoseStream(np.array(stamps, dtype=np.int64), poses, pose_sigmas, frame)
+    return PoseStream(np.array(stamps, dtype=np.int64), poses, covariances, frame)
 
 
-def _sigmas(field: Any, pose: gtsam.Pose3) -> Sigmas | None:
-    """Standard deviations in a PoseWithCovariance's field; a plain pose's field has none."""
+def _covariance(field: Any, pose: gtsam.Pose3) -> np.ndarray | None:
+    """Tangent covariance in a PoseWithCovariance's field; a plain pose's field has none."""
     if not hasattr(field, "covariance"):
         return None
     ros = np.asarray(field.covariance, dtype=np.float64).reshape(6, 6)
-    return sigmas(tangent_from_ros(ros, pose.rotation()))
+    return tangent_from_ros(ros, pose.rotation()) if is_known(ros) else None

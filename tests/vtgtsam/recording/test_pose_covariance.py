@@ -2,7 +2,7 @@
 import gtsam
 import numpy as np
 
-from vtgtsam.recording.covariance import ros_from_tangent, sigmas, tangent_from_ros
+from vtgtsam.recording.covariance import is_known, ros_from_tangent, tangent_from_ros
 
 
 def random_covariance(rng):
@@ -32,11 +32,8 @@ def test_it_is_the_spread_of_poses_perturbed_as_ros_says():
     np.testing.assert_allclose(np.cov(np.array(tangent).T) / scale, expected / scale, atol=0.04)
 
 
-def test_sigmas_are_those_of_an_isotropic_covariance():
-    assert sigmas(np.diag([0.04] * 3 + [0.0025] * 3)) == (0.2, 0.05)
-
-
-def test_a_covariance_that_says_nothing_has_no_sigmas():
-    assert sigmas(np.zeros((6, 6))) is None
-    assert sigmas(np.diag([-1.0] * 6)) is None
-    assert sigmas(np.full((6, 6), np.nan)) is None
+def test_a_covariance_that_says_nothing_is_not_known():
+    assert is_known(np.diag([0.04] * 3 + [0.0025] * 3))
+    assert not is_known(np.zeros((6, 6)))
+    assert not is_known(np.diag([-1.0] * 6))
+    assert not is_known(np.full((6, 6), np.nan))

@@ -31,7 +31,7 @@ def test_rate_vision_gives_a_frame_at_each_visual_pose_with_the_last_of_everythi
     assert frames[0].contacts.tolist() == [False, False]
     assert_same_pose(frame.T_wo_visual, pose(frame.time), atol=1e-9)
     assert_same_pose(frame.T_wh, pose(0.0))
-    assert frame.visual_sigma is None
+    assert frame.visual_covariance is None
     assert recording.warnings == []
 
 
@@ -141,16 +141,17 @@ def test_a_hand_that_never_moves_needs_one_pose_and_one_without_pose_stands_at_t
         assert_same_pose(frames[0].T_wh, poses[0] if poses else gtsam.Pose3())
 
 
-def test_the_covariance_of_visual_poses_becomes_their_sigma(tmp_path):
-    covariance = np.diag([1e-4, 4e-4, 1e-4, 9e-6, 9e-6, 9e-6])
+def test_visual_poses_keep_their_covariance_where_they_have_one(tmp_path):
+    covariance = np.diag([1e-4, 4e-4, 1e-4, 9e-6, 4e-6, 9e-6])
+    covariance[0, 4] = covariance[4, 0] = 1e-5
     with RecordingWriter(tmp_path / "a.mcap") as writer:
         writer.joint_states(0.0, JOINTS, [0, 0])
         writer.tactile(0.0, PADS, [0, 0], [0, 0])
         writer.object_pose(0.1, pose(0), covariance)
         writer.object_pose(0.2, pose(0))
     first, second = read_recording(tmp_path / "a.mcap", hand=gripper()).measurements()
-    assert first.visual_sigma == pytest.approx((np.sqrt(2e-4), 3e-3))
-    assert second.visual_sigma is None
+    np.testing.assert_allclose(first.visual_covariance, covariance, atol=1e-15)
+    assert second.visual_covariance is None
 
 
 def write_raw(path, topic, msgtype, fields):
