@@ -1,0 +1,30 @@
+# SPDX-License-Identifier: MIT
+"""``vtgtsam convert``: another robot's bag into a recording."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from .options import Hand, Object, Topics
+
+
+def convert(
+    bag: Annotated[
+        Path, typer.Argument(help="A rosbag2 folder (MCAP or sqlite3), an .mcap or a .bag file.")
+    ],
+    out: Annotated[Path, typer.Option(help="The .mcap file to write.")],
+    topics: Topics = None,
+    hand: Hand = None,
+    object: Object = None,
+) -> None:
+    """Turn another robot's bag into a recording with hand and object inside."""
+    from ..recording.convert import convert_bag
+
+    converted = convert_bag(bag, out, topics=topics, hand=hand, object=object)
+    for warning in converted.warnings:
+        typer.echo(f"warning: {warning}", err=True)
+    counts = ", ".join(f"{count} {what}" for what, count in converted.counts.items())
+    typer.echo(f"{out}: {counts}; look at it with: vtgtsam inspect {out}")
