@@ -37,6 +37,7 @@ _NOT_TURNED = (
     _Column("lost\nframes", ALL, "frames_not_held"),
 )
 
+_MOST_OBJECTS = 40  # in all conditions together; of more, each condition's sum is printed
 _SHOWN = 3  # different notes, and different warnings
 
 _LEGEND = """\
@@ -48,15 +49,19 @@ quartile over the sequences' medians; < 5 mm: share of frames; lost: frames in w
 def tables_text(tables: Tables) -> str:
     """All conditions' tables with what the tests say, and a legend."""
     blocks = []
+    named = tables.summary[tables.summary["object"] != ALL]
+    brief = len(named.groupby([*CONDITION, "object"])) > _MOST_OBJECTS
     for condition, summary in tables.summary.groupby(list(CONDITION), sort=False):
         values = dict(zip(CONDITION, map(str, condition), strict=True))
         tests = tables.tests
         for name, value in values.items():
             tests = tests[tests[name] == value]
         blocks.append(
-            "\n".join([_title(values, summary), "", *_table(summary), "", *_tests(tests)])
+            "\n".join([_title(values, summary), "", *_table(summary, brief), "", *_tests(tests)])
         )
     blocks.append(_LEGEND if blocks else "no ADD-S to show")
+    if brief:
+        blocks.append("Each object by itself is in summary.csv and in the report.")
     return "\n".join(["\n\n".join(blocks), *_notes(tables.sequences)])
 
 
@@ -67,9 +72,12 @@ def _title(condition: dict[str, str], summary: pd.DataFrame) -> str:
     return ", ".join([f"ADD-S [mm] of {sequences}", *words])
 
 
-def _table(summary: pd.DataFrame) -> Iterator[str]:
+def _table(summary: pd.DataFrame, brief: bool) -> Iterator[str]:
     columns = _TURNED if (summary["phase"] == AFTER).any() else _NOT_TURNED
-    cells = [[*pair, *(_cell(rows, column) for column in columns)] for pair, rows in _rows(summary)]
+    cells = [
+        [*pair, *(_cell(rows, column) for column in columns)]
+        for pair, rows in _rows(summary, brief)
+    ]
     heads = [["", "object"], ["", "method"], *(column.title.split("\n") for column in columns)]
     lines = [[("", *head)[-2:][i] for head in heads] for i in range(2)]
     if all(not cell for cell in lines[0]):
@@ -79,11 +87,12 @@ def _table(summary: pd.DataFrame) -> Iterator[str]:
         yield "  ".join(_aligned(row, widths)).rstrip()
 
 
-def _rows(summary: pd.DataFrame) -> Iterator[tuple[list[str], pd.DataFrame]]:
+def _rows(summary: pd.DataFrame, brief: bool) -> Iterator[tuple[list[str], pd.DataFrame]]:
     """Label and summary rows of each line of the table; one object alone needs no line of its own."""
-    single = summary["object"].nunique() == 2  # "all" and the object
+    objects = summary["object"].nunique() - 1  # "all" is none
+    single = objects == 1
     for name, of_object in summary.groupby("object", sort=False):
-        if single and name == ALL:
+        if (single and name == ALL) or (brief and name != ALL and not single):
             continue
         label = "all objects" if name == ALL else str(name)
         label += f" ({of_object['sequences'].max()})"

@@ -51,7 +51,8 @@ def evaluate(
 ) -> pd.DataFrame:
     """Estimate the object's pose in recorded sequences and compare with the truth.
 
-    Everything is written to ``out``: estimates, errors, tables, trajectories for other tools. What is there
+    Everything is written to ``out``: estimates, errors, tables, trajectories for other tools (figures
+    and a page to look at are made of them by the command ``vtgtsam report``). What is there
     already and was made from the same recording, settings and code is not computed again, so an interrupted
     call goes on where it stopped; what does not belong to this call is removed. The result does not depend
     on ``jobs``.

@@ -17,9 +17,9 @@ SIGNIFICANT = 0.05
 _STARS = ((1e-4, "****"), (1e-3, "***"), (1e-2, "**"), (SIGNIFICANT, "*"))
 
 STARS_CAPTION = (
-    "Above: * p < 0.05, ** p < 0.01, *** p < 0.001, **** p < 0.0001 (Wilcoxon's test after Holm's "
-    "correction), in brackets where {ours} is the worse one; n.s.: no significant difference; "
-    "–: too few pairs to tell."
+    "Above, {ours} against the others: * p < 0.05, ** p < 0.01, *** p < 0.001, **** p < 0.0001 "
+    "(Wilcoxon's test after Holm's correction), in brackets where {ours} is the worse one; "
+    "n.s.: no significant difference; –: too few pairs to tell."
 )
 
 

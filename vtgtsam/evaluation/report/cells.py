@@ -77,7 +77,11 @@ def probability(x: float) -> Cell:
 
 def interval(x: float, low: float, high: float) -> Cell:
     """A cell of a number with its interval."""
-    ends = "" if pd.isna(low) else f" [{number(low)}, {number(high)}]"
+    ends = (
+        ""
+        if pd.isna(low)
+        else f"\N{NO-BREAK SPACE}[{number(low)},\N{NO-BREAK SPACE}{number(high)}]"
+    )
     return Cell(number(x) + ends, _key(x))
 
 

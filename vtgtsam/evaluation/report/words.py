@@ -130,7 +130,9 @@ def _sentence(test: Mapping[Any, Any], best: str) -> str:
     chance = (
         f"p{_SPACE}={_SPACE}{p_value(test['p'])}, after Holm's correction {p_value(test['p_holm'])}"
     )
-    if test["p_holm"] >= SIGNIFICANT or sign * test["effect_size"] <= 0:
+    if test["p_holm"] < SIGNIFICANT and sign * test["effect_size"] < 0:
+        return f"Pair by pair, though, {other} is better: {best} is smaller {wins} only ({chance})."
+    if test["p_holm"] >= SIGNIFICANT:
         return f"Its advantage over {other} could be chance: smaller {wins} ({chance})."
     gain = sign * test["difference_mm"]
     ends = sorted(sign * test[name] for name in ("difference_low_mm", "difference_high_mm"))
