@@ -86,10 +86,10 @@ class ServoLineEmulator:
                 os.close(self._master)
                 os.close(self._slave)
 
-    def inject(self, data: bytes) -> None:
-        """Put bytes on the line that no servo sent."""
+    def inject(self, data: bytes, delay: float = 0.0) -> None:
+        """Put bytes on the line that no servo sent, ``delay`` [s] from now; all others wait behind."""
         with self.lock:
-            self._outgoing.append((0.0, data))
+            self._outgoing.append((time.monotonic() + delay, data))
 
     def _run(self) -> None:
         while self._running:

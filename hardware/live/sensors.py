@@ -76,7 +76,8 @@ class Vision:
     """Tracks the object in the camera's images.
 
     The camera's frame is the world. A tracker that knows the hand gets the joints of the image's
-    instant, not the newest.
+    instant, not the newest. Looking for an object that is covered takes longer than an image may, so it
+    is done in every other image, and the estimator goes on from touch at the full rate.
 
     Args:
         camera: The camera.
@@ -88,7 +89,7 @@ class Vision:
         images: Whether images are recorded.
 
     Attributes:
-        lost: Images in which the object was not found.
+        lost: Images in which the object was not found, or not looked for.
         frame: The last images.
     """
 
@@ -110,6 +111,7 @@ class Vision:
         self._recorder = recorder
         self._images = images
         self.lost = 0
+        self._rests = False  # leaves the next image alone
         self.frame: CameraFrame | None = None
 
     def run(self, stop: threading.Event, ended: Callable[[], None] = lambda: None) -> None:
@@ -129,7 +131,8 @@ class Vision:
             return
         if self._images:
             self._record_images(instant_ns, frame)
-        T_wo = self._tracker.update(frame.depth, gtsam.Pose3(), joints.value, self._T_wh).T_wo
+        T_wo = None if self._rests else self._track(frame, joints.value)
+        self._rests = T_wo is None and not self._rests
         if T_wo is None:
             self.lost += 1
         else:
@@ -140,6 +143,9 @@ class Vision:
                 lambda: self._recorder.write("object_pose", instant_ns, T_wo),
             )
         self._streams.put("images", instant_ns, None)
+
+    def _track(self, frame: CameraFrame, joints: np.ndarray) -> gtsam.Pose3 | None:
+        return self._tracker.update(frame.depth, gtsam.Pose3(), joints, self._T_wh).T_wo
 
     def _record_images(self, instant_ns: int, frame: CameraFrame) -> None:
         self._recorder.write_image("depth", instant_ns, frame.depth)

@@ -9,10 +9,12 @@ import time
 import numpy as np
 import pytest
 
+from hardware.emulate.packets import status
 from hardware.emulate.servo import OVERLOAD
 from hardware.emulate.servos import ServoLineEmulator
 from hardware.servo.errors import BusError, CommandError, ServoError, TorqueError
 from hardware.servo.hand import Hand
+from hardware.servo.state import STATE
 
 TRIP = 0.4  # [s], after which a watchdog of 0.2 s has acted
 
@@ -383,6 +385,19 @@ class TestTrouble:
         ):
             cycles(hand, 6)
         assert all_off(line)
+
+    def test_answers_of_an_earlier_cycle_cost_one_cycle_and_not_all_that_follow(self, hand, line):
+        fresh(hand)
+        with line.lock:
+            late = b"".join(
+                status(joint.id, *line.servos[joint.id].read(STATE.address, STATE.size))
+                for joint in hand.description.joints
+            )
+        time.sleep(0.1)
+        line.inject(late, delay=0.004)
+        assert hand.state().ages.all()  # they are all there, and all old
+        ages = [hand.state().ages for _ in range(3)]
+        assert min(age.max() for age in ages) == 0.0
 
     def test_an_unplugged_adapter_is_noticed_at_once_and_the_watchdogs_act(self, description):
         quick = description.model_copy(update={"watchdog": 0.2})
