@@ -50,6 +50,18 @@ def scaling(
 
 
 @app.command()
+def tuning(
+    recordings: Annotated[Path, typer.Argument(help="Folder of recordings.", exists=True)],
+    trials: Annotated[int, typer.Option(min=2, help="Settings to try.")] = 40,
+    jobs: Annotated[int, typer.Option(min=1, help="Processes to use.")] = 2,
+) -> None:
+    """Search for the estimator's settings, on recordings that no result is reported on."""
+    from .tuning import run
+
+    run(recordings, trials, jobs)
+
+
+@app.command()
 def floor(
     frames: Annotated[int, typer.Option(min=20, help="Frames a problem.")] = 100,
 ) -> None:
