@@ -1,0 +1,90 @@
+# SPDX-License-Identifier: MIT
+"""The documentation's site builds without a warning, needs no network, and says what is true."""
+
+import os
+import re
+import subprocess
+import sys
+from importlib.util import find_spec
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+PAGES = sorted((ROOT / "docs").rglob("*.md"))
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory):
+    if find_spec("mkdocs") is None or find_spec("latex2mathml") is None:
+        pytest.skip("the site needs the extra docs, which is not installed")
+    folder = tmp_path_factory.mktemp("site")
+    build = subprocess.run(
+        [sys.executable, "-m", "mkdocs", "build", "--strict", "--site-dir", str(folder)],
+        cwd=ROOT,
+        env={**os.environ, "NO_MKDOCS_2_WARNING": "1"},
+        capture_output=True,
+        text=True,
+        timeout=300,
+    )
+    assert build.returncode == 0, build.stderr
+    assert "WARNING" not in build.stdout + build.stderr
+    return folder
+
+
+def test_every_formula_is_mathml_and_every_help_is_filled_in(site):
+    formulas = 0
+    for page in site.rglob("*.html"):
+        text = page.read_text()
+        assert "arithmatex" not in text, page
+        assert "{{ help" not in text, page
+        for formula in re.findall(r"<math.*?</math>", text, flags=re.DOTALL):
+            assert "\\" not in formula, (page, formula)  # LaTeX that was not understood
+            formulas += 1
+    assert formulas > 30
+    reference = (site / "reference" / "command-line.html").read_text()
+    assert "--topics" in reference and "--estimates" in reference
+
+
+def test_nothing_is_fetched_from_the_network(site):
+    for page in site.rglob("*.html"):
+        text = page.read_text()
+        fetched = re.findall(r'<(?:script|img|link|iframe)[^>]*(?:src|href)="(https?:[^"]*)"', text)
+        assert fetched == [], page
+        assert "unpkg.com" not in text
+
+
+def test_the_reference_has_every_public_name(site):
+    import vtgtsam
+
+    text = (site / "reference" / "python.html").read_text()
+    names = [name for name in vtgtsam.__all__ if name != "__version__"]
+    missing = [n for n in names if not re.search(rf'id="vtgtsam\.[\w.]*\b{n}"', text)]
+    assert missing == []
+
+
+def _blocks(language):
+    for page in PAGES:
+        for block in re.findall(rf"```{language}\n(.*?)```", page.read_text(), flags=re.DOTALL):
+            yield page, block
+
+
+def test_commands_in_pages_are_understood_by_the_command_line():
+    import typer
+
+    from vtgtsam.cli import app
+
+    commands = typer.main.get_command(app).commands
+    seen = 0
+    for _, block in _blocks("sh"):
+        for line in block.replace("\\\n", " ").splitlines():
+            words = re.sub(r"\s#.*", "", line).split()
+            if words[:1] == ["vtgtsam"]:
+                commands[words[1]].make_context(words[1], words[2:])  # raises where it is wrong
+                seen += 1
+    assert seen > 10
+
+
+def test_python_in_pages_is_python():
+    for page, block in _blocks("python"):
+        compile(block, str(page), "exec")
