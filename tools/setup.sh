@@ -21,5 +21,5 @@ if ! "$PYTHON" -c 'import venv, ensurepip' 2>/dev/null; then
 fi
 
 [ -x "$VENV/bin/python" ] || "$PYTHON" -m venv "$VENV"
-echo "setup: installing vtgtsam and its dependencies into $VENV (about a minute, 1.5 GB)"
+echo "setup: installing vtgtsam and its dependencies into $VENV (a minute or two, 2.4 GB)"
 "$VENV/bin/python" -m pip install -q --disable-pip-version-check -e '.[dev]'

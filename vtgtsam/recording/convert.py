@@ -76,7 +76,7 @@ def convert_bag(
     recording = read_recording(bag, hand=hand, object=object, topics=topics)
     # Whatever keeps the estimator from using the bag is an error here, before anything is written.
     recording.measurements(rate=_RATE if recording.visual_poses is None else "vision")
-    entries = sorted(_entries(recording), key=lambda entry: entry[0])
+    entries = sorted(entries_of(recording), key=lambda entry: entry[0])
     kept = [entry for entry in entries if entry[0] >= 0]
     if len(kept) < len(entries):
         recording.warn(
@@ -104,7 +104,8 @@ def _write(out: Path, recording: Recording, entries: list[Entry]) -> None:
         part.unlink(missing_ok=True)
 
 
-def _entries(recording: Recording) -> Iterator[Entry]:
+def entries_of(recording: Recording) -> Iterator[Entry]:
+    """All that a recording holds, stream by stream, ready to be written."""
     streams = recording.streams
     assert streams.joints is not None and streams.contacts is not None  # measurements needed them
     yield from _joint_states(streams.joints)

@@ -1,0 +1,190 @@
+# SPDX-License-Identifier: MIT
+"""What evaluating recordings costs: processor time, memory and disk, and what many hours would.
+
+    python tools/cost.py demo-output/seed-0/recordings/depth --hours 10000
+
+Evaluates growing numbers of copies of the given recordings, and one recording made longer and longer, each
+in a fresh process. Prints what was measured, and what follows for many hours from the slopes.
+"""
+
+from __future__ import annotations
+
+import argparse
+import multiprocessing
+import resource
+import shutil
+import tempfile
+from dataclasses import dataclass
+from multiprocessing.connection import Connection
+from pathlib import Path
+
+import numpy as np
+
+METHODS = ("vis", "vis+pen", "vis+tac+pen")
+COPIES = (1, 2, 4)  # of all recordings
+LENGTHS = (1, 4, 16)  # times one recording's
+
+
+@dataclass(frozen=True)
+class Cost:
+    """What one call of evaluate cost.
+
+    Attributes:
+        hours: Length of what it evaluated [h].
+        sequences: Number of recordings.
+        seconds: Processor time [s].
+        again: Processor time of a second call, which finds all sequences done [s].
+        memory: Largest resident size of the process [MB].
+        memory_again: The same for the second call, which only makes tables [MB].
+        read: Size of the recordings [MB].
+        written: Size of what it wrote [MB].
+        files: Number of files it wrote.
+    """
+
+    hours: float
+    sequences: int
+    seconds: float
+    again: float
+    memory: float
+    memory_again: float
+    read: float
+    written: float
+    files: int
+
+
+def cost_of(recordings: Path, out: Path) -> Cost:
+    """Evaluate a folder twice, each time in a process that measures itself."""
+    (seconds, memory), (again, memory_again) = (_in_process(recordings, out) for _ in range(2))
+    given = sorted(recordings.glob("*.mcap"))
+    written = [file for file in out.rglob("*") if file.is_file()]
+    return Cost(
+        hours=sum(_hours(path) for path in given),
+        sequences=len(given),
+        seconds=seconds,
+        again=again,
+        memory=memory,
+        memory_again=memory_again,
+        read=_megabytes(given),
+        written=_megabytes(written),
+        files=len(written),
+    )
+
+
+def _in_process(recordings: Path, out: Path) -> tuple[float, float]:
+    context = multiprocessing.get_context("spawn")
+    answers, answer = context.Pipe(duplex=False)
+    process = context.Process(target=_evaluate, args=(recordings, out, answer))
+    process.start()
+    answer.close()
+    seconds, memory = answers.recv()
+    process.join()
+    return seconds, memory
+
+
+def _evaluate(recordings: Path, out: Path, answer: Connection) -> None:
+    from vtgtsam import evaluate
+
+    evaluate(recordings, METHODS, "tuned", out)
+    usage = resource.getrusage(resource.RUSAGE_SELF)
+    answer.send((usage.ru_utime + usage.ru_stime, usage.ru_maxrss / 1e3))
+
+
+def _megabytes(files: list[Path]) -> float:
+    return sum(file.stat().st_size for file in files) / 1e6
+
+
+def _hours(recording: Path) -> float:
+    from vtgtsam import read_recording
+
+    times_ns = read_recording(recording).streams.joints.times_ns
+    return float(times_ns[-1] - times_ns[0]) / 3.6e12
+
+
+def copies(recordings: list[Path], count: int, folder: Path) -> Path:
+    """A folder with that many copies of each recording."""
+    folder.mkdir()
+    for path in recordings:
+        for k in range(count):
+            shutil.copy(path, folder / f"{path.stem}_copy{k}.mcap")
+    return folder
+
+
+def longer(recording: Path, times: int, folder: Path) -> Path:
+    """A folder with one recording that goes through another one several times."""
+    from vtgtsam import read_recording
+    from vtgtsam.recording import RecordingWriter
+    from vtgtsam.recording.convert import entries_of
+    from vtgtsam.recording.provenance import mesh_file
+
+    folder.mkdir()
+    original = read_recording(recording)
+    entries = sorted(entries_of(original), key=lambda entry: entry[0])
+    length_ns = entries[-1][0] - entries[0][0] + 10**7
+    hand, mesh = original.hand.xml, mesh_file(original.object)
+    with RecordingWriter(folder / "long.mcap", original.info, hand_xml=hand, mesh=mesh) as writer:
+        for turn in range(times):
+            for stamp, _, write in entries:
+                write(writer, (stamp + turn * length_ns) / 1e9)
+    return folder
+
+
+def slope(costs: list[Cost], name: str) -> float:
+    """How much a quantity grows with an hour more, by least squares."""
+    hours = [cost.hours for cost in costs]
+    return float(np.polyfit(hours, [getattr(cost, name) for cost in costs], 1)[0])
+
+
+def measured(costs: list[Cost]) -> list[str]:
+    """The table of what was measured."""
+    lines = [
+        "| recordings | length [s] | processor time [s] | second call [s] | memory [MB] "
+        "| second call [MB] | read [MB] | written [MB] | files |",
+        "|--:|--:|--:|--:|--:|--:|--:|--:|--:|",
+    ]
+    for c in costs:
+        lines.append(
+            f"| {c.sequences} | {3600 * c.hours:.0f} | {c.seconds:.1f} | {c.again:.1f} "
+            f"| {c.memory:.0f} | {c.memory_again:.0f} | {c.read:.1f} | {c.written:.1f} | {c.files} |"
+        )
+    return lines
+
+
+def extrapolated(many: list[Cost], long: list[Cost], hours: float) -> list[str]:
+    """What an hour more costs, and what that makes of many."""
+    seconds, again = slope(many, "seconds"), slope(many, "again")
+    rows = [
+        ("processor time, estimating", seconds - again, "s", hours / 3600, "h"),
+        ("processor time, tables and figures", again, "s", hours / 3600, "h"),
+        ("recordings", slope(many, "read"), "MB", hours / 1e6, "TB"),
+        ("results", slope(many, "written"), "MB", hours / 1e6, "TB"),
+        ("result files", slope(many, "files"), "", hours / 1e6, "million"),
+        ("memory for the tables", slope(many, "memory_again"), "MB", hours / 1e3, "GB"),
+        ("memory of one process, a recording of an hour", slope(long, "memory"), "MB", 0.0, ""),
+    ]
+    lines = [f"| | an hour of recordings | {hours:g} hours |", "|---|--:|--:|"]
+    for what, each, unit, factor, large in rows:
+        total = f"{each * factor:,.3g} {large}" if factor else "the same"
+        lines.append(f"| {what} | {each:,.3g} {unit} | {total} |")
+    return lines
+
+
+def main() -> None:
+    """Measure and print."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("recordings", type=Path, help="folder of .mcap files")
+    parser.add_argument("--hours", type=float, default=10_000, help="to extrapolate to")
+    arguments = parser.parse_args()
+    paths = sorted(arguments.recordings.rglob("*.mcap"))
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        many = [cost_of(copies(paths, n, folder / f"in{n}"), folder / f"out{n}") for n in COPIES]
+        long = [
+            cost_of(longer(paths[0], n, folder / f"long{n}"), folder / f"outlong{n}")
+            for n in LENGTHS
+        ]
+    print("\n".join(measured(many + long)), end="\n\n")
+    print("\n".join(extrapolated(many, long, arguments.hours)))
+
+
+if __name__ == "__main__":
+    main()
