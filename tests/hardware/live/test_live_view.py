@@ -6,7 +6,10 @@ from __future__ import annotations
 import logging
 import os
 import signal
+import subprocess
+import sys
 import time
+from pathlib import Path
 from types import SimpleNamespace
 
 import gtsam
@@ -143,3 +146,27 @@ def test_what_is_missing_is_said_before_the_hand_moves(tmp_path, monkeypatch):
         Where(spawn=True).check()
     with pytest.raises(VtgtsamError, match="cannot write"):
         Where(save=tmp_path / "no" / "such.rrd").check()
+
+
+@pytest.mark.slow
+def test_an_emulated_run_is_shown_as_it_goes(tmp_path):
+    path = tmp_path / "run.rrd"
+    command = [sys.executable, "-m", "hardware", "run", "--emulate", "--object", "can"]
+    done = subprocess.run(
+        [*command, "--save-view", str(path)],
+        cwd=Path(__file__).parents[3],
+        env={**os.environ, "OMP_NUM_THREADS": "1"},
+        capture_output=True,
+        text=True,
+        timeout=300,
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert f"rerun {path}" in done.stdout
+    tables = rows(path)
+    for entity in (
+        "world/object/live",
+        "world/object/truth",
+        "world/hand/pads",
+        "world/camera/depth",
+    ):
+        assert len(tables[f"/{entity}"]) > 10
