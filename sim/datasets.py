@@ -165,7 +165,7 @@ def _code_version() -> str:
     """Version of the library and a hash of the simulator's sources."""
     digest = hashlib.sha256(code_version().encode())
     for source in sorted(Path(__file__).parent.rglob("*")):
-        if source.suffix in (".py", ".yaml"):
+        if source.suffix in (".py", ".yaml", ".xml"):
             digest.update(source.read_bytes())
     return digest.hexdigest()[:16]
 
