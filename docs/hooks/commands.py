@@ -19,7 +19,7 @@ def _help(name):
 
     command = typer.main.get_command(app)
     if name is None:
-        context = click.Context(command, info_name="vtgtsam", terminal_width=96)
+        context = click.Context(command, info_name="vtgtsam", terminal_width=80)
         return command.get_help(context).strip()
-    context = click.Context(command.commands[name], info_name=f"vtgtsam {name}", terminal_width=96)
+    context = click.Context(command.commands[name], info_name=f"vtgtsam {name}", terminal_width=80)
     return command.commands[name].get_help(context).strip()

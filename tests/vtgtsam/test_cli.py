@@ -37,7 +37,7 @@ def test_help_takes_less_than_300_ms_and_lists_what_works():
         after = os.times()  # processor time, since other processes may be busy
         user, system = (getattr(after, n) - getattr(before, n) for n in _CHILDREN)
         durations.append(user + system)
-    for name in ("evaluate", "report", "inspect", "check-mesh", "sdf"):
+    for name in ("evaluate", "report", "inspect", "view", "convert", "check-mesh", "sdf"):
         assert f"\n  {name}" in answer.stdout
     assert min(durations) < 0.3
 
