@@ -15,6 +15,7 @@ from vtgtsam.recording.camera import camera_intrinsics, color_images, depth_imag
 from .camera import Camera, CameraError, CameraFrame
 
 _APART = 0.020  # [s], stamps of a depth and a colour image that belong together
+_KEPT = 0.1  # [s], how long an image waits to be asked for
 
 
 class RecordedCamera(Camera):
@@ -79,7 +80,8 @@ class _Held:
 class PacedCamera(Camera):
     """Another camera's images at the pace at which they were taken, stamped as if taken now.
 
-    Images that are asked for too late come at once, with the stamp at which they were due.
+    Images that are asked for too late come at once, with the stamp at which they were due; those that
+    nobody has asked for in 0.1 s are gone, as with a real camera.
     """
 
     def __init__(
@@ -104,16 +106,16 @@ class PacedCamera(Camera):
 
     def read(self) -> CameraFrame | None:
         """The next images when they are due, or None at the end."""
-        frame = self._camera.read()
-        if frame is None:
-            return None
-        now = self._clock()
-        if self._offset is None:
-            self._offset = now - frame.time
-        due = frame.time + self._offset
-        if due > now:
-            self._sleep(due - now)
-        return replace(frame, time=due)
+        while (frame := self._camera.read()) is not None:
+            now = self._clock()
+            if self._offset is None:
+                self._offset = now - frame.time
+            due = frame.time + self._offset
+            if due > now:
+                self._sleep(due - now)
+            if due >= now - _KEPT:
+                return replace(frame, time=due)
+        return None
 
     def close(self) -> None:
         """Close the recording."""

@@ -102,6 +102,16 @@ def test_images_asked_for_too_late_keep_the_stamp_at_which_they_were_due(recordi
         np.testing.assert_allclose(time.slept, [0.016], atol=1e-6)
 
 
+def test_images_that_nobody_asks_for_are_gone(recording):
+    time = FakeTime()
+    with PacedCamera(RecordedCamera(recording), time.clock, time.sleep) as camera:
+        camera.read()
+        time.now += 0.19  # 0.033, 0.066 are gone, 0.099 still waits
+        assert camera.read().time == pytest.approx(5000.099)
+        time.now += 10.0
+        assert camera.read() is None
+
+
 def test_a_camera_can_be_named_by_its_recording(recording):
     with open_camera(str(recording)) as camera:
         assert camera.intrinsics == INTRINSICS
