@@ -12,14 +12,12 @@ def on_page_markdown(markdown, **_):
 
 
 def _help(name):
-    import click
-    import typer
+    from typer.testing import CliRunner
 
     from vtgtsam.cli import app
 
-    command = typer.main.get_command(app)
-    if name is None:
-        context = click.Context(command, info_name="vtgtsam", terminal_width=80)
-        return command.get_help(context).strip()
-    context = click.Context(command.commands[name], info_name=f"vtgtsam {name}", terminal_width=80)
-    return command.commands[name].get_help(context).strip()
+    arguments = [name, "--help"] if name else ["--help"]
+    asked = CliRunner().invoke(app, arguments, prog_name="vtgtsam", terminal_width=80)
+    if asked.exit_code:
+        raise ValueError(f"vtgtsam {' '.join(arguments)} failed: {asked.output}")
+    return asked.stdout.strip()
