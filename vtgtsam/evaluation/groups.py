@@ -71,7 +71,8 @@ class Group:
     def slug(self) -> str:
         """Dataset and tracker as the beginning of a file's name."""
         name = "_".join(filter(None, (self.dataset, self.tracker))) or "all"
-        return "".join(c if c.isalnum() or c in "_-+." else "-" for c in name)
+        plain = "".join(c if c.isalnum() or c in "_-+." else "-" for c in name)
+        return plain.lstrip("-.") or "all"
 
 
 def groups(tables: Tables) -> Iterator[Group]:
@@ -82,9 +83,14 @@ def groups(tables: Tables) -> Iterator[Group]:
         yield Group(str(dataset), str(tracker), scales, tables)
 
 
+def phase_name(phase: str) -> str:
+    """A phase by its name: "whole sequence", "before the turn"."""
+    return "whole sequence" if phase == ALL else f"{phase} the turn"
+
+
 def phase_words(phase: str) -> str:
-    """A phase as people say it."""
-    return {ALL: "whole sequence"}.get(phase, f"{phase} the turn")
+    """A phase as a sentence says it: "over the whole sequence", "before the turn"."""
+    return f"over the {phase_name(phase)}" if phase == ALL else phase_name(phase)
 
 
 def _number(scale: str) -> tuple[float, str]:

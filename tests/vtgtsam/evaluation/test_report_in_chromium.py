@@ -10,6 +10,8 @@ sync_api = pytest.importorskip(
     "playwright.sync_api", reason="needs playwright: pip install playwright"
 )
 
+PATIENCE = 120_000  # [ms], on a busy machine
+
 FLAGS = [
     "--no-sandbox",  # continuous integration runs as root
     "--disable-gpu",
@@ -27,8 +29,13 @@ def browser(tmp_path_factory):
         pytest.skip("needs Chromium: sudo apt-get install chromium, or CHROMIUM=/path/to/it")
     with sync_api.sync_playwright() as playwright:
         context = playwright.chromium.launch_persistent_context(
-            tmp_path_factory.mktemp("profile"), executable_path=chromium, headless=True, args=FLAGS
+            tmp_path_factory.mktemp("profile"),
+            executable_path=chromium,
+            headless=True,
+            args=FLAGS,
+            timeout=PATIENCE,
         )
+        context.set_default_timeout(PATIENCE)
         yield context
         context.close()
 

@@ -6,7 +6,7 @@ from __future__ import annotations
 import pandas as pd
 from matplotlib.figure import Figure
 
-from ..groups import Group, phase_words
+from ..groups import Group, phase_name, phase_words
 from ..phases import AFTER, BEFORE
 from ..statistics import ALL, quantile
 from ..units import samples, unit_of
@@ -22,7 +22,7 @@ def methods_figure(group: Group) -> Drawing:
     phases = [BEFORE, AFTER] if group.phase == AFTER else [ALL]
     tables = [1e3 * samples(statistics[statistics["phase"] == phase]) for phase in phases]
     labels = [
-        f"{phase_words(phase)}\n({_counted(len(table), group.dataset)})"
+        f"{phase_name(phase)}\n({_counted(len(table), group.dataset)})"
         for phase, table in zip(phases, tables, strict=True)
     ]
     look = looks(group.methods)

@@ -9,7 +9,7 @@ from typing import Any
 import pandas as pd
 
 from ..collect import CONDITION
-from ..groups import phase_words
+from ..groups import phase_name, phase_words
 from ..phases import AFTER
 from ..statistics import ALL
 from ..tables import Tables
@@ -92,7 +92,7 @@ def _condition_cells(row: Row, names: list[str]) -> list[Cell]:
 
 def _methods(tables: Tables) -> Table:
     names = _conditions(tables)
-    rows = tables.summary[tables.summary["object"] == ALL]
+    rows = _told_apart(tables.summary[tables.summary["object"] == ALL])
     return Table(
         "methods",
         "Methods",
@@ -102,7 +102,7 @@ def _methods(tables: Tables) -> Table:
         + [_CONDITION_HEADS[name] for name in names]
         + _ERRORS,
         [
-            [word(row["method"]), word(phase_words(row["phase"]))]
+            [word(row["method"]), word(phase_name(row["phase"]))]
             + _condition_cells(row, names)
             + _error_cells(row)
             for row in rows.to_dict("records")
@@ -134,7 +134,7 @@ def _objects(tables: Tables) -> Table:
 def _tests(tests: pd.DataFrame, name: str, title: str, family: str) -> Table:
     names = _conditions(tests)
     with_difference = "difference_mm" in tests
-    tests = tests[(tests["n"] > 0)]
+    tests = _told_apart(tests[tests["n"] > 0])
     heads = [Head("comparison", numeric=False), Head("phase", numeric=False)]
     heads += [_CONDITION_HEADS[condition] for condition in names]
     heads += [Head("smaller in", "pairs in which the first-named method's error is smaller")]
@@ -168,7 +168,7 @@ def _test_cells(row: Row, names: list[str], with_difference: bool) -> list[Cell]
         difference = [interval(row["difference_mm"], *ends)]
     return [
         word(row["comparison"]),
-        word(phase_words(row["phase"])),
+        word(phase_name(row["phase"])),
         *_condition_cells(row, names),
         Cell(wins, row["n_better"] / row["n"]),
         *difference,
@@ -219,6 +219,13 @@ def _sequence_cells(row: Row, names: list[str], methods: list[str]) -> list[Cell
 
 def _main_phase(tables: Tables) -> str:
     return AFTER if (tables.summary["phase"] == AFTER).any() else ALL
+
+
+def _told_apart(rows: pd.DataFrame) -> pd.DataFrame:
+    """Without phases that are the whole sequence, where no hand turned."""
+    if (rows["phase"] == AFTER).any() or not (rows["phase"] == ALL).any():
+        return rows
+    return rows[rows["phase"] == ALL]
 
 
 def _cut(rows: int) -> str:

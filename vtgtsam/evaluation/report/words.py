@@ -103,7 +103,7 @@ def _medians(group: Group, scale: str) -> dict[str, float]:
 
 
 def _when(group: Group) -> str:
-    words = "Over the whole sequence" if group.phase == ALL else phase_words(group.phase)
+    words = phase_words(group.phase)
     return words[0].upper() + words[1:]
 
 
