@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from types import SimpleNamespace
 from typing import Any
 
 import gtsam
@@ -15,7 +16,13 @@ from .covariance import is_known, tangent_from_ros
 from .decode import decode, in_order, note
 from .source import BagMessage
 
-TYPES = (messages.POSE, messages.POSE_WITH_COVARIANCE)
+# Written are the first two; the others are what other people's robots report.
+TYPES = (
+    messages.POSE,
+    messages.POSE_WITH_COVARIANCE,
+    "geometry_msgs/msg/TransformStamped",
+    "nav_msgs/msg/Odometry",
+)
 
 
 @dataclass(frozen=True)
@@ -49,9 +56,9 @@ def read_poses(topic: str, bag: Sequence[BagMessage], warnings: list[str]) -> Po
     decoded = decode(topic, bag, TYPES, warnings)
     found: list[tuple[int, gtsam.Pose3, np.ndarray | None]] = []
     for stamp, message in decoded:
-        pose = messages.pose_from_fields(getattr(message.pose, "pose", message.pose))
+        pose = messages.pose_from_fields(_pose_fields(message))
         if pose is not None:
-            found.append((stamp, pose, _covariance(message.pose, pose)))
+            found.append((stamp, pose, _covariance(message, pose)))
     why = "are not finite or have a quaternion whose norm is not 1"
     note(warnings, topic, len(decoded) - len(found), len(decoded), why)
     found = in_order(found, topic, warnings)
@@ -62,9 +69,18 @@ def read_poses(topic: str, bag: Sequence[BagMessage], warnings: list[str]) -> Po
     return PoseStream(np.array(stamps, dtype=np.int64), poses, covariances, frame)
 
 
-def _covariance(field: Any, pose: gtsam.Pose3) -> np.ndarray | None:
-    """Tangent covariance in a PoseWithCovariance's field; a plain pose's field has none."""
-    if not hasattr(field, "covariance"):
+def _pose_fields(message: Any) -> Any:
+    """What is a geometry_msgs/msg/Pose in a message of one of ``TYPES``."""
+    if hasattr(message, "transform"):
+        transform = message.transform
+        return SimpleNamespace(position=transform.translation, orientation=transform.rotation)
+    return getattr(message.pose, "pose", message.pose)
+
+
+def _covariance(message: Any, pose: gtsam.Pose3) -> np.ndarray | None:
+    """Tangent covariance where the message has one."""
+    covariance = getattr(getattr(message, "pose", None), "covariance", None)
+    if covariance is None:
         return None
-    ros = np.asarray(field.covariance, dtype=np.float64).reshape(6, 6)
+    ros = np.asarray(covariance, dtype=np.float64).reshape(6, 6)
     return tangent_from_ros(ros, pose.rotation()) if is_known(ros) else None
