@@ -40,11 +40,19 @@ def _run(*arguments):
     return process.returncode, out, err
 
 
-@pytest.mark.slow
-def test_a_replay_of_the_recording_gives_the_poses_of_the_live_run(tmp_path):
-    path = tmp_path / "out.mcap"
+@pytest.fixture(scope="module")
+def emulated_run(tmp_path_factory):
+    """The recording of an emulated run, and what it printed."""
+    path = tmp_path_factory.mktemp("run") / "out.mcap"
     code, out, err = _run("run", "--emulate", "--object", "can", "--record", str(path))
     assert code == 0, out + err
+    return path, out
+
+
+@pytest.mark.slow
+def test_a_replay_of_the_recording_gives_the_poses_of_the_live_run(emulated_run):
+    path, out = emulated_run
+    assert "found can at --start" in out
     assert "torque is off" in out
     assert "sensor-to-pose latency" in out
 
@@ -66,6 +74,51 @@ def test_a_replay_of_the_recording_gives_the_poses_of_the_live_run(tmp_path):
     ]
     assert np.median(errors) < 0.01  # [m]
     assert json.loads(recording.info["config"])["method"] == "vis+tac+pen"
+
+
+def _calibrations(folder, camera):
+    """Files that a real run reads, as for the emulated hand whose recording ``camera`` is."""
+    from hardware.camera.wrist import save_wrist
+    from hardware.emulate.rig import bench_scale, pad_parameters, wiring_of
+    from hardware.servo.description import load_description
+    from hardware.tactile.calibrate import save_scale
+
+    wiring = wiring_of(load_description("isyhand"))
+    seed = np.random.SeedSequence(0).spawn(2)[0]
+    save_scale(folder / "pads.yaml", bench_scale(wiring, pad_parameters(wiring, seed)), wiring)
+    save_wrist(folder / "wrist.yaml", read_recording(camera).measurements()[0].T_wh)
+    return ["--scale", str(folder / "pads.yaml"), "--wrist", str(folder / "wrist.yaml")]
+
+
+@pytest.mark.slow
+def test_a_hand_on_real_ports_is_run_by_the_same_command(tmp_path, emulated_run):
+    """Another process serves the ports, a recording is the camera; nothing here says --emulate."""
+    seen, out = emulated_run[0], tmp_path / "out.mcap"
+    hand_file = tmp_path / "isyhand.yaml"
+    text = (ROOT / "hardware/data/isyhand.yaml").read_text(encoding="utf-8")
+    relaxed = text.replace("watchdog: 0.2 ", "patience: 0.1\nwatchdog: 2.5 ")  # a busy machine
+    hand_file.write_text(relaxed, encoding="utf-8")
+    served = _start("emulate")
+    try:
+        ports = json.loads(served.stdout.readline())
+        code, text, err = _run(
+            *("run", "--object", "can", "--hand", str(hand_file), "--yes", "--seconds", "3"),
+            *("--servos", ports["servos"], "--pads", ports["pads"], "--camera", str(seen)),
+            *(*_calibrations(tmp_path, seen), "--record", str(out)),
+        )
+        assert code == 0, text + err
+        assert "The hand will move" in text  # a person is told, even where nobody is asked
+        assert "found can at --start" in text
+        assert "torque is off" in text
+        recording = read_recording(out)
+        assert recording.info["emulated"] == "no"
+        joints = np.array([m.joints for m in recording.measurements(rate="recorded")])
+        assert np.ptp(joints, axis=0).max() > 0.3  # [rad], the hand on those ports did move
+        code, text, _ = _run("check", "--servos", ports["servos"], "--pads", ports["pads"])
+        assert "15 of 15 answer" in text
+    finally:
+        served.kill()
+        served.communicate()
 
 
 @pytest.fixture
