@@ -173,10 +173,11 @@ class Hand:
         with self._lock:
             self._enabled = False
             self._sent.clear()
+            patience = self.description.patience
             try:
-                torque.turn_off(self.bus, self._ids)
+                torque.turn_off(self.bus, self._ids, patience)
             except (KeyboardInterrupt, SystemExit):  # a signal must not stop this halfway
-                torque.turn_off(self.bus, self._ids)
+                torque.turn_off(self.bus, self._ids, patience)
                 raise
             self._torque_known_off = True
 

@@ -29,8 +29,13 @@ def turn_on(bus: Bus, ids: Sequence[int], watchdog: float) -> None:
         bus.write(servo_id, "torque_enable", 1)
 
 
-def turn_off(bus: Bus, ids: Sequence[int]) -> None:
+def turn_off(bus: Bus, ids: Sequence[int], patience: float) -> None:
     """Torque off, read back, up to five times.
+
+    Args:
+        bus: The line.
+        ids: The servos.
+        patience: How long to wait for their word each time [s].
 
     Raises:
         TorqueError: It is not certain for some servos; they are named.
@@ -38,7 +43,7 @@ def turn_off(bus: Bus, ids: Sequence[int]) -> None:
     left, why = list(ids), "they do not answer"
     for _ in range(_ATTEMPTS):
         try:
-            left = _still_on(bus, left)
+            left = _still_on(bus, left, patience)
         except BusError as error:
             why = str(error)
         if not left:
@@ -47,10 +52,10 @@ def turn_off(bus: Bus, ids: Sequence[int]) -> None:
     raise TorqueError(f"torque not confirmed off: cut the power! ({names}: {why})")
 
 
-def _still_on(bus: Bus, ids: list[int]) -> list[int]:
+def _still_on(bus: Bus, ids: list[int], patience: float) -> list[int]:
     """Tell servos to let go, and give those of which it is not certain."""
     bus.sync_write("torque_enable", dict.fromkeys(ids, 0))
-    answers = bus.sync_read(ids, _TORQUE).answers
+    answers = bus.sync_read(ids, _TORQUE, patience).answers
     off = {i for i, answer in answers.items() if answer.values["torque_enable"] == 0}
     return [i for i in ids if i not in off and not _let_go(bus, i)]
 
