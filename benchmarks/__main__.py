@@ -50,6 +50,22 @@ def scaling(
 
 
 @app.command()
+def claims(
+    results: Annotated[list[str], typer.Argument(help="NAME=FOLDER of an evaluation, each.")],
+) -> None:
+    """The paper's claims about evaluations that are there: medians and p, a row a condition and phase."""
+    from .claims import run
+
+    pairs = [result.partition("=") for result in results]
+    for name, _, folder in pairs:
+        if not (Path(folder) / "tests.csv").is_file():
+            raise typer.BadParameter(
+                f"expected NAME=FOLDER with a folder that vtgtsam evaluate wrote, got {name}={folder}"
+            )
+    run({name: Path(folder) for name, _, folder in pairs})
+
+
+@app.command()
 def tuning(
     recordings: Annotated[Path, typer.Argument(help="Folder of recordings.", exists=True)],
     trials: Annotated[int, typer.Option(min=2, help="Settings to try.")] = 40,
