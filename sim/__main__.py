@@ -164,6 +164,34 @@ def look(
     typer.echo(f"wrote {out}, {out.stat().st_size / 1e6:.2f} MB")
 
 
+@app.command()
+def contacts(
+    dataset: Annotated[str, typer.Option(help="vary or occ.")] = "vary",
+    objects: Annotated[
+        str | None, typer.Option(help="Names separated by commas; else the dataset's 17.")
+    ] = None,
+    ycb: Annotated[
+        Path | None,
+        typer.Option(envvar="VTGTSAM_YCB", help="Directory of YCB meshes to use."),
+    ] = None,
+    seed: Annotated[int, typer.Option(min=0)] = 0,
+    hand: Annotated[str, typer.Option(help="Grasp description: a name or a YAML file.")] = (
+        "isyhand"
+    ),
+) -> None:
+    """How true contacts are: the convex parts against the mesh, and overlap of pads and object."""
+    from .contacts import table
+    from .objects import object_names
+    from .sampling import DATASETS
+    from .sequence import Settings
+
+    _check_choice(dataset, DATASETS, "--dataset")
+    names = object_names(objects.split(",") if objects else None, ycb)
+    folder = None if ycb is None else str(ycb.resolve())
+    for line in table(Settings(dataset, seed=seed, hand=hand, ycb=folder), names):
+        typer.echo(line)
+
+
 def _size(text: str) -> tuple[int, int]:
     width, _, height = text.partition("x")
     if width.isdecimal() and height.isdecimal():

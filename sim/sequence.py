@@ -27,6 +27,7 @@ from .power_grasp import power_grasp
 from .record import Take, record
 from .sampling import Sequence as Sample
 from .sampling import sample_sequence
+from .simulate import Trajectory
 from .world import World
 
 
@@ -85,9 +86,8 @@ def make_sequence(settings: Settings, name: SequenceName, files: dict[float, Pat
         NoGraphics: Images are wanted and there is nothing to draw colour ones with.
     """
     with threadpool_limits(1):  # the number of threads would show in the last bits
-        world = _world(settings.hand, name.object, settings.ycb)
-        grasp_seed, noise_seed, error_seed = _seeds(settings, name)
-        sample = sample_sequence(world, settings.dataset, np.random.default_rng(grasp_seed))
+        world, sample = _sample(settings, name)
+        _, noise_seed, error_seed = _seeds(settings, name)
         count = len(world.hand.joint_names)
         error = CalibrationError.none(count)
         if settings.calibration_error:
@@ -105,6 +105,17 @@ def make_sequence(settings: Settings, name: SequenceName, files: dict[float, Pat
     return Counter(sample.rejections)
 
 
+def make_trajectory(settings: Settings, name: SequenceName) -> tuple[World, Trajectory]:
+    """What truly happens in a sequence, without camera, tracker and recording.
+
+    Raises:
+        NotGraspable: No sample was accepted.
+    """
+    with threadpool_limits(1):
+        world, sample = _sample(settings, name)
+    return world, sample.trajectory
+
+
 def prepare(settings: Settings, object_name: str) -> None:
     """Compute what all sequences of an object share and the cache keeps.
 
@@ -115,6 +126,12 @@ def prepare(settings: Settings, object_name: str) -> None:
         world = _world(settings.hand, object_name, settings.ycb)
         if settings.dataset == "occ":
             power_grasp(world)
+
+
+def _sample(settings: Settings, name: SequenceName) -> tuple[World, Sample]:
+    world = _world(settings.hand, name.object, settings.ycb)
+    grasp_seed, *_ = _seeds(settings, name)
+    return world, sample_sequence(world, settings.dataset, np.random.default_rng(grasp_seed))
 
 
 @lru_cache(maxsize=1)  # grasps of one object follow each other
