@@ -123,6 +123,7 @@ def test_runs_of_an_object_are_averaged_in_occ(out_runs):
         )
         assert len(found) == 8
         check(row, found)
+        assert row["difference_mm"] == pytest.approx(1e3 * np.median(found), rel=1e-12)
 
 
 def test_the_tests_over_time(out):
