@@ -128,10 +128,13 @@ def longer(recording: Path, times: int, folder: Path) -> Path:
     return folder
 
 
-def slope(costs: list[Cost], name: str) -> float:
-    """How much a quantity grows with an hour more, by least squares."""
-    hours = [cost.hours for cost in costs]
-    return float(np.polyfit(hours, [getattr(cost, name) for cost in costs], 1)[0])
+def slope(costs: list[Cost], name: str) -> tuple[float, float]:
+    """How much a quantity grows with an hour more, and the standard error of that, by least squares."""
+    hours = np.array([cost.hours for cost in costs])
+    values = np.array([getattr(cost, name) for cost in costs])
+    line = np.polyfit(hours, values, 1)
+    scatter = np.sum((values - np.polyval(line, hours)) ** 2) / (len(hours) - 2)
+    return float(line[0]), float(np.sqrt(scatter / np.sum((hours - hours.mean()) ** 2)))
 
 
 def measured(costs: list[Cost]) -> list[str]:
@@ -151,21 +154,27 @@ def measured(costs: list[Cost]) -> list[str]:
 
 def extrapolated(many: list[Cost], long: list[Cost], hours: float) -> list[str]:
     """What an hour more costs, and what that makes of many."""
-    seconds, again = slope(many, "seconds"), slope(many, "again")
     rows = [
-        ("processor time, estimating", seconds - again, "s", hours / 3600, "h"),
-        ("processor time, tables and figures", again, "s", hours / 3600, "h"),
+        ("processor time", slope(many, "seconds"), "s", hours / 3600, "h"),
+        ("of which tables and figures", slope(many, "again"), "s", hours / 3600, "h"),
         ("recordings", slope(many, "read"), "MB", hours / 1e6, "TB"),
         ("results", slope(many, "written"), "MB", hours / 1e6, "TB"),
         ("result files", slope(many, "files"), "", hours / 1e6, "million"),
-        ("memory for the tables", slope(many, "memory_again"), "MB", hours / 1e3, "GB"),
-        ("memory of one process, a recording of an hour", slope(long, "memory"), "MB", 0.0, ""),
+        ("memory for the tables", slope(many, "memory_again"), "MB", hours / 1e6, "TB"),
+        ("memory of a process, for one recording", slope(long, "memory"), "MB", 0.0, ""),
     ]
-    lines = [f"| | an hour of recordings | {hours:g} hours |", "|---|--:|--:|"]
-    for what, each, unit, factor, large in rows:
-        total = f"{each * factor:,.3g} {large}" if factor else "the same"
-        lines.append(f"| {what} | {each:,.3g} {unit} | {total} |")
+    lines = [f"| | an hour of recordings | {hours:,.0f} hours |", "|---|--:|--:|"]
+    for what, (each, error), unit, factor, large in rows:
+        # What is lost in the scatter is given as what it is less than.
+        least = each < 2 * error
+        value, sign = (max(each, 0.0) + 2 * error, "< ") if least else (each, "")
+        total = f"{sign}{_rounded(value * factor)} {large}" if factor else "the same"
+        lines.append(f"| {what} | {sign}{_rounded(value)} {unit} | {total} |")
     return lines
+
+
+def _rounded(value: float) -> str:
+    return f"{value:,.0f}" if value >= 100 else f"{value:.2g}"
 
 
 def main() -> None:
