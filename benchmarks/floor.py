@@ -123,7 +123,8 @@ class Replay:
         self._factors = GraphBuilder(self.closest, len(hand), self._config).build(checked)
 
         def tactile(at: PadContacts) -> Any:
-            return tactile_residual(at.distances, at.jacobians, checked.touching)
+            touching = np.flatnonzero(checked.touching)
+            return tactile_residual(at.distances, at.jacobians, touching)
 
         def penetration(at: PadContacts) -> Any:
             return penetration_residual(at.distances, at.jacobians)

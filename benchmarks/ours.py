@@ -10,7 +10,7 @@ import numpy as np
 
 from vtgtsam import EstimatorConfig, GridSdf, Measurement, ObjectModel, Pad, PadSet, PoseEstimator
 from vtgtsam.frame import check
-from vtgtsam.graph import OBJECT, GraphBuilder, as_graph
+from vtgtsam.graph import OBJECT, GraphBuilder
 from vtgtsam.sdf.closest import ClosestPoints
 
 from .clock import timed
@@ -58,9 +58,7 @@ class Ours:
         checked = check(self.measurements[frame], hand)
         closest = ClosestPoints(hand, sdf)
         closest.place(checked.T_wp, checked.touching)
-        return as_graph(
-            GraphBuilder(closest, len(hand), self.estimator.config).build(checked).factors
-        )
+        return GraphBuilder(closest, len(hand), self.estimator.config).build(checked).graph
 
     def close(self) -> None:
         """Nothing to let go of."""

@@ -35,6 +35,9 @@ def covariance_of(information: Any) -> Any:
     An entry is infinite (with the sign of the growth) where an unmeasured direction involves both its row and
     its column; the other entries are those of the pseudo-inverse.
     """
+    known, covariance = _inverse(_UNIT * information * _UNIT.T)
+    if known:
+        return _UNIT * covariance * _UNIT.T
     eigenvalues, vectors = np.linalg.eigh(_UNIT * information * _UNIT.T)
     least = max(_ROUNDING * eigenvalues[-1], _NOTHING)
     covariance, unknown = np.zeros((6, 6)), np.zeros((6, 6))
@@ -51,3 +54,33 @@ def covariance_of(information: Any) -> Any:
             if np.abs(unknown[i, j]) > _ROUNDING * max(size, 1.0):
                 covariance[i, j] = np.copysign(np.inf, unknown[i, j])
     return covariance
+
+
+@compiled
+def _inverse(A: Any) -> Any:
+    """Inverse of a symmetric matrix by Cholesky's decomposition, and whether all directions are known by it.
+
+    The least eigenvalue is at least 1 / |A^-1| and the largest at most the trace, so that no eigenvalue needs to be
+    computed where all are large enough.
+    """
+    size = len(A)
+    L, inverse = np.zeros((size, size)), np.zeros((size, size))  # A = L L', its inverse L'^-1 L^-1
+    for i in range(size):
+        for j in range(i + 1):
+            rest = A[i, j] - (L[i, :j] * L[j, :j]).sum()
+            if i != j:
+                L[i, j] = rest / L[j, j]
+            elif rest > 0:
+                L[i, i] = np.sqrt(rest)
+            else:
+                return False, inverse
+    M = np.zeros((size, size))  # L^-1
+    for i in range(size):
+        M[i, i] = 1.0 / L[i, i]
+        for j in range(i):
+            M[i, j] = -(L[i, j:i] * M[j:i, j]).sum() / L[i, i]
+    for i in range(size):
+        for j in range(size):
+            inverse[i, j] = (M[:, i] * M[:, j]).sum()
+    least = 1.0 / np.sqrt((inverse**2).sum())
+    return least > max(_ROUNDING * np.trace(A), _NOTHING), inverse

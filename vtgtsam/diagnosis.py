@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import gtsam
 import numpy as np
@@ -19,8 +19,7 @@ HELD = 1e-3  # a direction counts as held with this share of the best direction'
 STALL = 1e-3  # [m], a promised step longer than this that the solver could not take is a stall
 
 
-@dataclass(frozen=True, eq=False)
-class Verdict:
+class Verdict(NamedTuple):
     """A frame's status and the information behind it.
 
     Attributes:
@@ -33,19 +32,18 @@ class Verdict:
 
 
 def diagnose(
-    factors: FrameGraph, key: int, start: gtsam.Pose3, solution: Solution, visual_weight: float
+    factors: FrameGraph, start: gtsam.Pose3, solution: Solution, visual_weight: float
 ) -> Verdict:
     """Judge a solution.
 
     Args:
         factors: The frame's factors.
-        key: Key of the object pose.
         start: Where the solver started.
         solution: Where it ended.
         visual_weight: What is left of the visual factor's weight there, 0 where the frame has none.
     """
-    information, gradient = _linearized(factors.factors, key, solution.T_wo)
-    if visual_weight < REJECTED and not _held(factors.hand, key, solution.T_wo):
+    information, gradient = _linearized(factors.graph, solution.values)
+    if visual_weight < REJECTED and not _held(factors.hand, solution.values):
         return Verdict("unobservable" if factors.visual is None else "lost", information)
     if solution.iterations and solution.T_wo.equals(start, 0.0):
         if _newton_step_length(information, gradient) > STALL:
@@ -53,21 +51,19 @@ def diagnose(
     return Verdict("ok", information)
 
 
-def _held(hand: tuple[gtsam.NonlinearFactor, ...], key: int, T_wo: gtsam.Pose3) -> bool:
+def _held(hand: tuple[gtsam.NonlinearFactor, ...], values: gtsam.Values) -> bool:
     """Whether the hand's factors alone hold the pose in all six directions."""
-    information, _ = _linearized(hand, key, T_wo)
+    information, _ = _linearized(as_graph(hand), values)
     return held_directions(information, HELD) == 6
 
 
 def _linearized(
-    factors: tuple[gtsam.NonlinearFactor, ...], key: int, T_wo: gtsam.Pose3
+    graph: gtsam.NonlinearFactorGraph, values: gtsam.Values
 ) -> tuple[np.ndarray, np.ndarray]:
-    """J'WJ (6, 6) and -J'Wr (6,) at T_wo; zeros where there are no factors."""
-    if not factors:
+    """J'WJ (6, 6) and -J'Wr (6,); zeros where there are no factors."""
+    if graph.empty():
         return np.zeros((6, 6)), np.zeros(6)
-    values = gtsam.Values()
-    values.insert(key, T_wo)
-    information, gradient = as_graph(factors).linearize(values).hessian()
+    information, gradient = graph.linearize(values).hessian()
     return np.ascontiguousarray(information), gradient
 
 

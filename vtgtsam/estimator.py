@@ -20,11 +20,10 @@ from .config import EstimatorConfig
 from .covariance import covariance_of
 from .diagnosis import diagnose
 from .estimate import Estimate, Status
-from .factors.noise import welsch_weight
-from .factors.tactile import tactile_residual
-from .factors.visual import visual_residual
+from .factors.noise import welsch_weight_of_loss
+from .factors.tactile import tactile_weights
 from .frame import Frame, check
-from .graph import OBJECT, FrameGraph, GraphBuilder, as_graph
+from .graph import OBJECT, FrameGraph, GraphBuilder
 from .measurement import Measurement
 from .objects import ObjectModel
 from .pads import PadSet
@@ -104,20 +103,23 @@ class PoseEstimator:
         return estimate
 
     def _solved(self, frame: Frame, factors: FrameGraph, start: gtsam.Pose3) -> Estimate:
-        solution = solve(as_graph(factors.factors), OBJECT, start, self.config)
+        solution = solve(factors.graph, OBJECT, start, self.config)
         return self._estimate(frame, factors, start, solution)
 
     def _as_seen(self, frame: Frame, start: gtsam.Pose3) -> Estimate:
         """Method ``vis``: the visual pose as it is, the last one where there is none this frame."""
         T_wo = start if frame.T_wo_visual is None else frame.T_wo_visual
-        return self._estimate(frame, self._graphs.build(frame), T_wo, Solution(T_wo, 0, 0.0))
+        values = gtsam.Values()
+        values.insert(OBJECT, T_wo)
+        solution = Solution(T_wo, values, 0, 0.0)
+        return self._estimate(frame, self._graphs.build(frame), T_wo, solution)
 
     def _estimate(
         self, frame: Frame, factors: FrameGraph, start: gtsam.Pose3, solution: Solution
     ) -> Estimate:
+        visual_weight = self._visual_weight(factors, solution)
+        verdict = diagnose(factors, start, solution, visual_weight)
         contacts = self._closest.everywhere(solution.T_wo)
-        visual_weight = self._visual_weight(frame, solution.T_wo)
-        verdict = diagnose(factors, OBJECT, start, solution, visual_weight)
         return Estimate(
             time=frame.time,
             T_wo=solution.T_wo,
@@ -127,32 +129,22 @@ class PoseEstimator:
             error=solution.error,
             visual_weight=visual_weight,
             pad_distances=contacts.distances,
-            pad_weights=self._pad_weights(frame, contacts),
+            pad_weights=self._pad_weights(contacts),
             contact_points_w=self._closest.points_w(contacts),
         )
 
-    def _visual_weight(self, frame: Frame, T_wo: gtsam.Pose3) -> float:
-        if frame.T_wo_visual is None:
+    def _visual_weight(self, factors: FrameGraph, solution: Solution) -> float:
+        if factors.visual is None:
             return 0.0
-        residual = visual_residual(T_wo, frame.T_wo_visual)
-        return float(welsch_weight(self._squared_norm(frame, residual), self.config.log_theta_vis))
+        loss = factors.visual.error(solution.values)
+        return welsch_weight_of_loss(loss, self.config.log_theta_vis)
 
-    def _squared_norm(self, frame: Frame, residual: np.ndarray) -> float:
-        """Of a visual residual, in units of its noise."""
-        if frame.visual_covariance is not None:
-            return float(residual @ np.linalg.solve(frame.visual_covariance, residual))
-        rotation, translation = self.config.visual_weights
-        rotated, moved = residual[:3], residual[3:]
-        return float(rotation * rotated.dot(rotated) + translation * moved.dot(moved))
-
-    def _pad_weights(self, frame: Frame, contacts: PadContacts) -> np.ndarray:
-        weights = np.zeros(len(self.hand))
-        if self.config.method == "vis+tac+pen":
-            gaps, _ = tactile_residual(contacts.distances, contacts.jacobians, frame.touching)
-            weights[frame.touching] = welsch_weight(
-                self.config.w_tac * gaps**2, self.config.log_theta_tac
-            )
-        return weights
+    def _pad_weights(self, contacts: PadContacts) -> np.ndarray:
+        if self.config.method != "vis+tac+pen":
+            return np.zeros(len(self.hand))
+        return tactile_weights(  # type: ignore[no-any-return]
+            contacts.distances, contacts.touching, self.config.w_tac, self.config.log_theta_tac
+        )
 
     def _without_solving(self, frame: Frame, status: Status) -> Estimate:
         """The last pose, with nothing known about it this frame."""

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -17,6 +18,7 @@ from .measurement import Measurement
 from .pads import PadSet
 
 _ORTHONORMAL = 1e-4  # largest deviation of R'R from I that still counts as rounding
+_POSE, _NO_POSE, _NOT_FINITE = 0, 1, 2
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,7 +27,7 @@ class Frame:
 
     Attributes:
         time: Instant of the frame [s].
-        touching: Indices of the pads in contact, shape (N,).
+        touching: Which pads report contact, bool, shape (K,).
         T_wp: Pad poses in the world, shape (K, 4, 4).
         T_wo_visual: The visual pose, or None.
         visual_covariance: Its covariance, shape (6, 6), or None where the configured weight counts.
@@ -52,18 +54,17 @@ def check(measurement: Measurement, hand: PadSet, use_visual_covariance: bool = 
         ValueError: Something has the wrong shape or names, or is missing. What is merely not finite is a matter
             of one frame, not of the program: it is named in ``Frame.invalid``.
     """
-    touching = np.flatnonzero(contact_bits(measurement.contacts, hand.pad_names))
+    touching = contact_bits(measurement.contacts, hand.pad_names)
     visual, covariance = measurement.T_wo_visual, None
     invalid = []
+    if not math.isfinite(measurement.time):
+        invalid.append("time")
     try:
         T_wp = pad_poses(measurement, hand)
     except NotFiniteError:
         T_wp = np.full((len(hand), 4, 4), np.nan)
-    if not np.isfinite(measurement.time):
-        invalid.append("time")
-    if not np.isfinite(T_wp).all():
         invalid.append("joints, T_wh or T_wp")
-    if visual is not None and not _are_poses(np.ascontiguousarray(visual.matrix())[None]):
+    if visual is not None and _fault(visual.matrix()) != _POSE:
         invalid.append("T_wo_visual")
     if measurement.visual_sigma is not None:
         covariance = np.diag(np.repeat(np.square(measurement.visual_sigma), 3))
@@ -122,7 +123,7 @@ def pad_poses(measurement: Measurement, hand: PadSet) -> np.ndarray:
 
     Raises:
         ValueError: Neither pad poses nor (for a hand with kinematics) joints are given, or they are malformed.
-        NotFiniteError: A joint angle is not finite.
+        NotFiniteError: A joint angle or a pose is not finite.
     """
     if measurement.T_wp is None:
         from .hand import HandModel  # brings MuJoCo, which a PadSet does without
@@ -133,11 +134,17 @@ def pad_poses(measurement: Measurement, hand: PadSet) -> np.ndarray:
             )
         if measurement.joints is None:
             raise ValueError("the measurement has neither joints nor T_wp; give one of them")
-        return hand.pad_transforms(measurement.joints, measurement.T_wh)
+        T_wp = hand.pad_transforms(measurement.joints, measurement.T_wh)
+        if _faults(T_wp) == _NOT_FINITE:
+            raise NotFiniteError("the pad poses that joints and T_wh give are not finite")
+        return T_wp
     T_wp = np.array(measurement.T_wp, dtype=np.float64, order="C")  # compiled code wants its own
     if T_wp.shape != (len(hand), 4, 4):
         raise ValueError(f"T_wp must have shape ({len(hand)}, 4, 4), got {T_wp.shape}")
-    if np.isfinite(T_wp).all() and not _are_poses(T_wp):
+    fault = _faults(T_wp)
+    if fault == _NOT_FINITE:
+        raise NotFiniteError("T_wp is not finite")
+    if fault == _NO_POSE:
         raise ValueError(
             "T_wp must hold poses: rotation orthonormal, last row 0 0 0 1; check for transposed matrices"
         )
@@ -145,18 +152,26 @@ def pad_poses(measurement: Measurement, hand: PadSet) -> np.ndarray:
 
 
 @compiled
-def _are_poses(matrices: Any) -> bool:
-    """Whether all matrices (N, 4, 4) are finite poses, up to rounding."""
-    for T in matrices:
-        if not np.isfinite(T).all():
-            return False
-        for i in range(3):
-            if abs(T[3, i]) > _ORTHONORMAL:
-                return False
-            for j in range(3):
-                dot = T[i, 0] * T[j, 0] + T[i, 1] * T[j, 1] + T[i, 2] * T[j, 2]
-                if abs(dot - (i == j)) > _ORTHONORMAL:
-                    return False
-        if abs(T[3, 3] - 1.0) > _ORTHONORMAL:
-            return False
-    return True
+def _faults(matrices: Any) -> int:
+    """What keeps matrices (N, 4, 4) from being poses: the worst ``_fault``."""
+    worst = _POSE
+    for n in range(len(matrices)):
+        worst = max(worst, _fault(matrices[n]))
+    return worst
+
+
+@compiled
+def _fault(T: Any) -> int:
+    """What keeps a matrix (4, 4) from being a pose, up to rounding."""
+    for i in range(4):
+        for j in range(4):
+            if not np.isfinite(T[i, j]):
+                return _NOT_FINITE
+    for i in range(3):
+        if abs(T[3, i]) > _ORTHONORMAL:
+            return _NO_POSE
+        for j in range(3):
+            dot = T[i, 0] * T[j, 0] + T[i, 1] * T[j, 1] + T[i, 2] * T[j, 2]
+            if abs(dot - (i == j)) > _ORTHONORMAL:
+                return _NO_POSE
+    return _NO_POSE if abs(T[3, 3] - 1.0) > _ORTHONORMAL else _POSE

@@ -6,6 +6,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import gtsam
+import numpy as np
 from gtsam.symbol_shorthand import X
 
 from .config import EstimatorConfig
@@ -26,15 +27,12 @@ class FrameGraph:
     Attributes:
         visual: The visual factor, or None where the frame has no visual pose.
         hand: Tactile and penetration factors, those that the method and the frame have.
+        graph: All of them.
     """
 
     visual: gtsam.NonlinearFactor | None
     hand: tuple[gtsam.NonlinearFactor, ...]
-
-    @property
-    def factors(self) -> tuple[gtsam.NonlinearFactor, ...]:
-        """All factors."""
-        return self.hand if self.visual is None else (self.visual, *self.hand)
+    graph: gtsam.NonlinearFactorGraph
 
 
 class GraphBuilder:
@@ -64,14 +62,17 @@ class GraphBuilder:
             if frame.visual_covariance is not None:
                 noise = self._robust(gaussian(frame.visual_covariance))
             visual = visual_factor(OBJECT, frame.T_wo_visual, noise)
-        hand: list[gtsam.NonlinearFactor] = []
-        touching = len(frame.touching)
-        if self._config.method == "vis+tac+pen" and touching:
-            noise = self._tactile_noise[touching - 1]
-            hand.append(tactile_factor(OBJECT, frame.touching, self._closest, noise))
-        if self._config.method != "vis":
-            hand.append(self._penetration)
-        return FrameGraph(visual, tuple(hand))
+        hand = self._hand(frame)
+        return FrameGraph(visual, hand, as_graph(hand if visual is None else (visual, *hand)))
+
+    def _hand(self, frame: Frame) -> tuple[gtsam.NonlinearFactor, ...]:
+        if self._config.method == "vis":
+            return ()
+        touching = np.flatnonzero(frame.touching)
+        if self._config.method == "vis+pen" or not len(touching):
+            return (self._penetration,)
+        noise = self._tactile_noise[len(touching) - 1]
+        return tactile_factor(OBJECT, touching, self._closest, noise), self._penetration
 
     def _robust(self, noise: gtsam.noiseModel.Base) -> gtsam.noiseModel.Robust:
         return welsch_of_norm(noise, self._config.log_theta_vis)

@@ -19,9 +19,9 @@ from vtgtsam import (
 )
 from vtgtsam.covariance import covariance_of
 from vtgtsam.factors.penetration import penetration_residual
-from vtgtsam.factors.tactile import tactile_residual
-from vtgtsam.frame import _are_poses, check
-from vtgtsam.graph import OBJECT, as_graph
+from vtgtsam.factors.tactile import tactile_residual, tactile_weights
+from vtgtsam.frame import _fault, _faults, check
+from vtgtsam.graph import OBJECT
 from vtgtsam.sdf.search import closest_on_pads, points_in_world
 
 CONFIGS = [
@@ -55,8 +55,8 @@ def test_five_fixed_damping_steps_are_the_independent_implementations(seed, conf
 def test_the_cost_and_its_linearization_are_the_independent_implementations(seed, config):
     pads, obj, measurement, start = frame(seed)
     estimator = PoseEstimator(pads, obj, config)
-    estimator._closest.place(measurement.T_wp)
-    graph = as_graph(estimator._graphs.build(check(measurement, pads)).factors)
+    estimator._closest.place(measurement.T_wp, measurement.contacts)
+    graph = estimator._graphs.build(check(measurement, pads)).graph
     values = gtsam.Values()
     values.insert(OBJECT, gtsam.Pose3(start))
     problem = as_reference(pads, obj, measurement, config)
@@ -358,7 +358,7 @@ def test_a_hand_with_kinematics_is_the_same_hand_with_given_pad_poses():
 def test_nothing_is_compiled_after_construction(config):
     pads, obj, measurement, _ = frame(16)
     functions = [closest_on_pads, points_in_world, covariance_of, tactile_residual]
-    functions += [penetration_residual, _are_poses]
+    functions += [tactile_weights, penetration_residual, _fault, _faults]
     estimator = PoseEstimator(pads, obj, config)
     compiled = [len(function.signatures) for function in functions]
     T_wp = np.asfortranarray(measurement.T_wp)

@@ -48,3 +48,8 @@ def welsch_of_each(noise: gtsam.noiseModel.Base, log_theta: float) -> gtsam.nois
 def welsch_weight(squared_norm: np.ndarray | float, log_theta: float) -> np.ndarray:
     """How much a whitened residual still counts, in [0, 1]: rho'(e) = exp(-e / theta)."""
     return np.exp(-np.asarray(squared_norm) / math.exp(log_theta))
+
+
+def welsch_weight_of_loss(loss: float, log_theta: float) -> float:
+    """The same weight from the loss 1/2 rho(e): rho'(e) = 1 - rho(e) / theta."""
+    return max(0.0, 1.0 - 2.0 * loss / math.exp(log_theta))

@@ -18,7 +18,7 @@ import numpy as np
 
 from ..compiled import compiled
 from ..sdf.closest import ClosestPoints
-from .checked import checked_factor
+from .pads import pad_factor
 
 
 @compiled
@@ -45,17 +45,9 @@ def penetration_factor(
 
     Args:
         key: Key of the object pose T_wo.
-        closest: Finds the pads' closest points, placed at this frame's pad poses.
+        closest: Finds the pads' closest points, placed at the frame's pad poses.
         noise: Noise model of dimension K, sigmas in [m].
     """
-
-    def error(
-        factor: gtsam.CustomFactor, values: gtsam.Values, jacobians: list[Any] | None
-    ) -> np.ndarray:
-        contacts = closest.at(values.atPose3(key))
-        residual, jacobian = penetration_residual(contacts.distances, contacts.jacobians)
-        if jacobians is not None:
-            jacobians[0] = jacobian
-        return residual  # type: ignore[no-any-return]
-
-    return checked_factor(noise, [key], error)
+    return pad_factor(
+        key, closest, noise, lambda pads: penetration_residual(pads.distances, pads.jacobians)
+    )

@@ -20,7 +20,7 @@ import numpy as np
 
 from ..compiled import compiled
 from ..sdf.closest import ClosestPoints
-from .checked import checked_factor
+from .pads import pad_factor
 
 
 @compiled
@@ -41,6 +41,17 @@ def tactile_residual(distances: Any, jacobians: Any, touching: Any) -> Any:
     return residual, jacobian
 
 
+@compiled
+def tactile_weights(distances: Any, touching: Any, weight: float, log_theta: float) -> Any:
+    """How much each pad's contact counts after its Welsch loss, exp(-w r^2 / theta), 0 without contact, (K,)."""
+    weights = np.zeros(len(distances))
+    for k in range(len(distances)):
+        if touching[k]:
+            gap = max(0.0, distances[k])
+            weights[k] = np.exp(-weight * gap * gap / np.exp(log_theta))
+    return weights
+
+
 def tactile_factor(
     key: int, touching: np.ndarray, closest: ClosestPoints, noise: gtsam.noiseModel.Base
 ) -> gtsam.CustomFactor:
@@ -49,17 +60,9 @@ def tactile_factor(
     Args:
         key: Key of the object pose T_wo.
         touching: Indices of the pads that report contact, shape (N,).
-        closest: Finds the pads' closest points, placed at this frame's pad poses.
+        closest: Finds the pads' closest points, placed at the frame's pad poses.
         noise: Noise model of dimension N, sigmas in [m].
     """
-
-    def error(
-        factor: gtsam.CustomFactor, values: gtsam.Values, jacobians: list[Any] | None
-    ) -> np.ndarray:
-        contacts = closest.at(values.atPose3(key))
-        residual, jacobian = tactile_residual(contacts.distances, contacts.jacobians, touching)
-        if jacobians is not None:
-            jacobians[0] = jacobian
-        return residual  # type: ignore[no-any-return]
-
-    return checked_factor(noise, [key], error)
+    return pad_factor(
+        key, closest, noise, lambda pads: tactile_residual(pads.distances, pads.jacobians, touching)
+    )

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import gtsam
 import numpy as np
@@ -14,14 +14,14 @@ from .grid import GridSdf
 from .search import ROUNDING, TILE, closest_on_pads, points_in_world
 
 
-@dataclass(frozen=True, eq=False)
-class PadContacts:
+class PadContacts(NamedTuple):
     """Each pad's closest point at one object pose.
 
     Attributes:
         distances: Signed distances phi of the closest points [m], shape (K,).
         jacobians: Their derivatives for a right perturbation of T_wo, rotation first, shape (K, 6).
         indices: Which of ``PadSet.points_p`` the closest points are, shape (K,).
+        touching: Which pads report contact, shape (K,).
 
     A pad that was left out, since it does not touch and does not reach into the object, has an infinite distance,
     no derivative, and the index -1.
@@ -30,6 +30,7 @@ class PadContacts:
     distances: np.ndarray
     jacobians: np.ndarray
     indices: np.ndarray
+    touching: np.ndarray
 
 
 class ClosestPoints:
@@ -65,55 +66,40 @@ class ClosestPoints:
             np.zeros(count, dtype=bool),
         )
         self._all = np.ones(count, dtype=bool)
-        self._wanted = self._all
-        self._T_wp = np.tile(np.eye(4), (count, 1, 1))
-        self._T_wo = b""
+        self._T_wo = gtsam.Pose3()
+        self.place(np.tile(np.eye(4), (count, 1, 1)))
 
     def place(self, T_wp: np.ndarray, touching: np.ndarray | None = None) -> None:
         """Move the pads for the frame that begins.
 
         Args:
             T_wp: Pad poses in the world, shape (K, 4, 4).
-            touching: Indices of the pads in contact, shape (N,). The others matter only where they reach into the
-                object, and are left out elsewhere. None: no pad is left out.
+            touching: Which pads report contact, bool, shape (K,). The others matter only where they reach into the
+                object, and are left out elsewhere. None: all do, and no pad is left out.
         """
-        self._T_wp = np.array(
-            T_wp, dtype=np.float64, order="C"
-        )  # never read-only, nor Fortran's order
-        self._wanted = self._all
-        if touching is not None:
-            self._wanted = np.zeros(len(self._all), dtype=bool)
-            self._wanted[touching] = True
-        self._T_wo = b""
+        self._T_wp = np.array(T_wp, dtype=np.float64, order="C")  # compiled code wants its own
+        self._touching = self._all if touching is None else np.array(touching, dtype=bool)
+        self._contacts: PadContacts | None = None
 
     def at(self, T_wo: gtsam.Pose3) -> PadContacts:
         """The pads' closest points with the object at T_wo; the same object again for the same pose."""
-        matrix = T_wo.matrix()
-        pose = matrix.tobytes()
-        if pose != self._T_wo:
-            self._contacts = self._search(matrix, self._wanted)
-            self._T_wo = pose
+        if self._contacts is None or not T_wo.equals(self._T_wo, 0.0):
+            self._T_wo, self._contacts = T_wo, self._search(T_wo, self._touching)
         return self._contacts
 
     def everywhere(self, T_wo: gtsam.Pose3) -> PadContacts:
         """The pads' closest points with the object at T_wo, no pad left out."""
-        return self._search(T_wo.matrix(), self._all)
+        return self._search(T_wo, self._all)
 
     def points_w(self, contacts: PadContacts) -> np.ndarray:
         """The closest points in the world frame [m], shape (K, 3); NaN for a pad that was left out."""
         return points_in_world(self._T_wp, self._pads.points_p, contacts.indices)  # type: ignore[no-any-return]
 
-    def _search(self, T_wo: np.ndarray, wanted: np.ndarray) -> PadContacts:
-        return PadContacts(
-            *closest_on_pads(
-                np.ascontiguousarray(T_wo),
-                self._T_wp,
-                wanted,
-                *self._grid,
-                *self._points,
-                *self._memory,
-            )
+    def _search(self, T_wo: gtsam.Pose3, wanted: np.ndarray) -> PadContacts:
+        distances, jacobians, indices = closest_on_pads(
+            T_wo.matrix(), self._T_wp, wanted, *self._grid, *self._points, *self._memory
         )
+        return PadContacts(distances, jacobians, indices, self._touching)
 
 
 def _lipschitz(sdf: GridSdf) -> np.ndarray:

@@ -9,6 +9,7 @@ from vtgtsam.factors.noise import (
     welsch_of_each,
     welsch_of_norm,
     welsch_weight,
+    welsch_weight_of_loss,
 )
 
 
@@ -66,3 +67,9 @@ def test_the_weight_is_the_losss_slope():
     e, step = 0.002, 1e-9
     slope = (paper_loss(e + step, -6.5) - paper_loss(e - step, -6.5)) / (2 * step)
     assert welsch_weight(e, -6.5) == pytest.approx(slope, rel=1e-6)
+
+
+@pytest.mark.parametrize("e", [0.0, 1e-5, 0.002, 0.01, 1e3])
+def test_the_weight_follows_from_the_loss(e):
+    weight = welsch_weight_of_loss(paper_loss(e, -6.5) / 2, -6.5)
+    assert weight == pytest.approx(welsch_weight(e, -6.5), abs=1e-15)

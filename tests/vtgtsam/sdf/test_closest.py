@@ -83,7 +83,7 @@ def test_memory_of_earlier_poses_changes_no_bit(seed):
     pads, T_wp = pads_around(seed, count=6)
     experienced = ClosestPoints(pads, sdf)
     for T_wo in walk(rng, 40):
-        touching = np.flatnonzero(rng.random(6) < 0.5)
+        touching = rng.random(6) < 0.5
         experienced.place(T_wp, touching)
         fresh = ClosestPoints(pads, sdf)
         fresh.place(T_wp, touching)
@@ -101,12 +101,11 @@ def test_a_pad_is_left_out_only_where_it_does_not_matter(field):
     plain, closest = PlainSearch(pads, sdf), ClosestPoints(pads, sdf)
     left_out = 0
     for T_wo in walk(rng, 60):
-        touching = np.flatnonzero(rng.random(6) < 0.3)
+        touching = rng.random(6) < 0.3
         closest.place(T_wp, touching)
         found = closest.at(gtsam.Pose3(T_wo))
         distances, _ = plain.at(T_wo, T_wp)
-        matters = distances < 0
-        matters[touching] = True
+        matters = (distances < 0) | touching
         np.testing.assert_allclose(found.distances[matters], distances[matters], atol=1e-15)
         assert np.isinf(found.distances[~matters]).all()
         assert (found.indices[~matters] == -1).all()
