@@ -5,9 +5,14 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numba
+
+from .compiled_cache import drop_stale
+
+drop_stale(Path(__file__).parent)
 
 logger = logging.getLogger(__name__)
 

@@ -1,0 +1,48 @@
+# SPDX-License-Identifier: MIT
+import pytest
+
+from vtgtsam.compiled_cache import drop_stale
+
+
+@pytest.fixture
+def package(tmp_path):
+    (tmp_path / "sub" / "__pycache__").mkdir(parents=True)
+    (tmp_path / "sub" / "caller.py").write_text("@compiled\ndef f(): ...\n")
+    (tmp_path / "callee.py").write_text("@inlined\ndef g(): return 1\n")
+    (tmp_path / "other.py").write_text("def h(): ...\n")
+    drop_stale(tmp_path)
+    return tmp_path
+
+
+def machine_code(package):
+    file = package / "sub" / "__pycache__" / "caller.f-1.py311.nbi"
+    file.write_bytes(b"code")
+    return file
+
+
+def test_machine_code_stays_while_its_sources_do(package):
+    file = machine_code(package)
+    (package / "other.py").write_text("def h(): return 2\n")  # nothing compiled in it
+    drop_stale(package)
+    assert file.exists()
+
+
+def test_a_change_of_what_is_called_lets_go_of_the_callers_machine_code(package):
+    file = machine_code(package)
+    (package / "callee.py").write_text("@inlined\ndef g(): return 2\n")
+    drop_stale(package)
+    assert not file.exists()
+    file = machine_code(package)
+    drop_stale(package)
+    assert file.exists()
+
+
+def test_a_folder_that_cannot_be_written_to_is_left_alone(package, monkeypatch):
+    machine_code(package)
+    (package / "callee.py").write_text("@inlined\ndef g(): return 3\n")
+
+    def refuse(*args, **kwargs):
+        raise PermissionError("read-only")
+
+    monkeypatch.setattr("pathlib.Path.unlink", refuse)
+    drop_stale(package)
