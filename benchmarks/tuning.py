@@ -60,7 +60,7 @@ def run(recordings: Path, trials: int, jobs: int) -> None:
     best = table([_readable(study.best_params)])
     text = f"{len(paths)} recordings, {trials} trials.\n\n{table(rows)}\n\nBest found:\n\n{best}"
     data = {"rows": rows, "best": study.best_params, "trials": _trials(study)}
-    save("tuning", text, data, {"tuning": figure(study)})
+    save("tuning", text, data, {"tuning": figure(data["trials"])})
 
 
 def config_of(settings: dict[str, float]) -> EstimatorConfig:
@@ -136,23 +136,29 @@ def _trials(study: optuna.Study) -> list[dict[str, float]]:
     return [trial.params | {"log error": trial.value} for trial in study.trials]
 
 
-def figure(study: optuna.Study) -> Figure:
-    """The error over each setting, one dot a trial."""
+def figure(trials: Sequence[dict[str, float]]) -> Figure:
+    """The error over each setting, one dot a trial; the first trial has the settings of ``tuned()``."""
     from matplotlib.figure import Figure
+    from matplotlib.ticker import FixedLocator, NullLocator
 
-    picture = Figure(figsize=(9, 2.6), layout="constrained")
+    picture = Figure(figsize=(9, 2.8), layout="constrained")
     panels = picture.subplots(1, len(RANGES), sharey=True)
-    errors = [1e3 * math.exp(trial.value) for trial in study.trials]
-    for axes, name in zip(panels, RANGES, strict=True):
-        values = [trial.params[name] for trial in study.trials]
+    errors = [1e3 * math.exp(trial["log error"]) for trial in trials]
+    best = int(np.argmin(errors))
+    for axes, (name, (low, high)) in zip(panels, RANGES.items(), strict=True):
+        length = name in ("tactile", "penetration")
+        values = [(1e3 if length else 1.0) * trial[name] for trial in trials]
         axes.plot(values, errors, "o", color="0.6", markersize=4)
         axes.plot(values[0], errors[0], "D", color="#0072B2", label="tuned()")
-        best = int(np.argmin(errors))
         axes.plot(values[best], errors[best], "*", color="#D55E00", markersize=12, label="best")
         axes.set_xscale("log")
-        unit = "m" if name in ("tactile", "penetration") else "sigma"
-        axes.set_xlabel(f"{name.replace('_', ' ')} [{unit}]")
+        ends = np.array([low, high]) * (1e3 if length else 1.0)
+        ticks = [*ends.round(3), np.sqrt(ends.prod()).round(1)]
+        axes.xaxis.set_major_locator(FixedLocator(ticks))
+        axes.xaxis.set_minor_locator(NullLocator())
+        axes.xaxis.set_major_formatter("{x:g}")
+        axes.set_xlabel(f"{name.replace('_', ' ')} [{'mm' if length else 'sigma'}]")
     panels[0].set_ylabel("ADD-S, geometric mean [mm]")
     panels[0].set_ylim(0.98 * min(errors), np.quantile(errors, 0.8))
-    panels[0].legend(fontsize=8)
+    panels[-1].legend(fontsize=8, loc="upper left")
     return picture
