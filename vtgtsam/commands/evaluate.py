@@ -16,13 +16,20 @@ INTERRUPTED = 130  # 128 + SIGINT, as shells count
 
 def evaluate(
     paths: Annotated[
-        list[Path],
+        list[str],
         typer.Argument(
             metavar="PATHS",
-            help=".mcap files, rosbag2 folders, or folders that are searched for both.",
+            help=".mcap files, rosbag2 folders, or folders that are searched for both; or their URLs "
+            "(s3://bucket/folder, gs://...), fetched one sequence at a time.",
         ),
     ],
-    out: Annotated[Path, typer.Option(help="Folder for everything that is computed.")],
+    out: Annotated[
+        str,
+        typer.Option(
+            metavar="PATH",
+            help="Folder for everything that is computed, on this machine or one that all workers share.",
+        ),
+    ],
     methods: Annotated[
         str, typer.Option(help="Methods to compare, separated by commas.")
     ] = "vis,vis+pen,vis+tac+pen",
@@ -65,6 +72,6 @@ def evaluate(
         typer.echo(f"\n{len(tables.failed)} of {len(tables.sequences)} sequences failed:", err=True)
         for sequence, problem in tables.failed.items():
             typer.echo(f"  {sequence}: {problem}", err=True)
-    write_report(out, tables)
+    write_report(Path(out), tables)
     if tables.failed:
         raise typer.Exit(SOME_FAILED)

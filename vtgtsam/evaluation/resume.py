@@ -11,15 +11,20 @@ from pathlib import Path
 
 from .. import __version__
 from ..config import EstimatorConfig
+from .remote import RemoteRecording
 
 
 def sequence_key(
-    recording: Path, configs: Mapping[str, EstimatorConfig], given: str, code: str
+    recording: Path | RemoteRecording,
+    configs: Mapping[str, EstimatorConfig],
+    given: str,
+    code: str,
 ) -> str:
     """Hash of all that one sequence's results depend on.
 
     Args:
-        recording: The recording, whose content counts, not its name.
+        recording: The recording, whose content counts, not its name; of a remote one what its store
+            says of the content, so that it need not be fetched.
         configs: Each method's configuration.
         given: Digest of what was given beside the recording (``Given.digest``).
         code: Version of the code (``code_version``).
@@ -44,8 +49,10 @@ def code_version() -> str:
     return f"{__version__}+{digest.hexdigest()[:12]}"
 
 
-def _content(path: Path) -> str:
-    """Hash of a file, or of all files in a folder."""
+def _content(path: Path | RemoteRecording) -> str:
+    """Hash of a file, or of all files in a folder; a remote recording's version."""
+    if isinstance(path, RemoteRecording):
+        return path.version()
     digest = hashlib.sha256()
     for file in [path] if path.is_file() else sorted(p for p in path.rglob("*") if p.is_file()):
         with file.open("rb") as stream:

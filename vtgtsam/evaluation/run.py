@@ -13,15 +13,17 @@ import pandas as pd
 import yaml
 
 from ..config import EstimatorConfig
+from ..exceptions import VtgtsamError
 from . import store
 from .atomic import remove_leftovers, write_text
 from .engine import run_tasks
 from .errors import SCHEMA
 from .exports import export
-from .find import find_recordings
+from .find import find_anywhere
 from .given import Given
 from .methods import load_config, method_configs
 from .parquet import concatenate
+from .remote import is_url
 from .resume import code_version
 from .sequence import Outcome, Task, evaluate_sequence
 from .tables import Tables, make_tables, write_csv
@@ -61,11 +63,12 @@ def evaluate(
     ground truth is estimated and has no errors.
 
     Args:
-        recordings: ``.mcap`` files, rosbag2 folders, or folders that are searched for both.
+        recordings: ``.mcap`` files, rosbag2 folders, or folders that are searched for both; or URLs of
+            such that fsspec can open ("s3://bucket/folder"), whose files are fetched one sequence at a time.
         methods: Names of methods, such as "vis", "vis+pen", "vis+tac+pen".
         config: Settings of the estimator, whose ``method`` is replaced by each name; or a preset's name
             ("simulation", "real_world", "tuned"); or a YAML file.
-        out: The run's folder.
+        out: The run's folder, on this machine or one that all workers share.
         jobs: Processes on this machine.
         scheduler: Address of a Dask scheduler whose workers to use instead, "tcp://HOST:PORT"; they must
             see the same paths.
@@ -107,14 +110,16 @@ def run(
     if jobs < 1:
         raise ValueError(f"jobs must be at least 1, got {jobs}")
     paths = [recordings] if isinstance(recordings, str | os.PathLike) else recordings
-    found = find_recordings(paths)
+    if is_url(out):
+        raise VtgtsamError(f"results need a folder, on this machine or a shared one, not {out}")
+    found = find_anywhere(paths)
     configs = method_configs(methods, load_config(config))
     given = Given.of(hand, obj, topics)
     folder = Path(out).resolve()  # workers may have another current folder
     _prepare(folder, set(found))
     tasks = [
-        Task(sequence, path.resolve(), folder, configs, given, code_version())
-        for sequence, path in found.items()
+        Task(sequence, recording.resolve(), folder, configs, given, code_version())
+        for sequence, recording in found.items()
     ]
     outcomes: dict[str, Outcome] = {}
     for outcome in run_tasks(evaluate_sequence, tasks, jobs, scheduler):

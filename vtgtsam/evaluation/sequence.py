@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Mapping, Sequence
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -20,6 +21,7 @@ from .estimates import estimates_table
 from .frames import evaluation_frames
 from .given import Given
 from .phases import turn_phases
+from .remote import RemoteRecording
 from .resume import sequence_key
 
 logger = logging.getLogger(__name__)
@@ -31,7 +33,7 @@ class Task:
 
     Attributes:
         sequence: Its id.
-        path: Its recording.
+        recording: Its recording, which is fetched where it is not on disk.
         out: The run's folder.
         configs: Each method's configuration.
         given: Hand, object and topic map to use instead of the recording's own.
@@ -39,7 +41,7 @@ class Task:
     """
 
     sequence: str
-    path: Path
+    recording: Path | RemoteRecording
     out: Path
     configs: Mapping[str, EstimatorConfig]
     given: Given
@@ -69,11 +71,12 @@ def evaluate_sequence(task: Task) -> Outcome:
     Whatever goes wrong with this sequence is told in the outcome, so that the others go on.
     """
     try:
-        key = sequence_key(task.path, task.configs, task.given.digest(), task.code)
+        key = sequence_key(task.recording, task.configs, task.given.digest(), task.code)
         about = store.done(task.out, task.sequence, key)
         if about is not None:
             return Outcome(task.sequence, about, reused=True)
-        return Outcome(task.sequence, _evaluate(task, key))
+        with _on_disk(task.recording) as path:
+            return Outcome(task.sequence, _evaluate(task, path, key))
     except Exception as error:
         store.forget(task.out, task.sequence)
         if isinstance(error, (VtgtsamError, ValueError, OSError)):
@@ -82,15 +85,17 @@ def evaluate_sequence(task: Task) -> Outcome:
         return Outcome(task.sequence, {}, problem=f"{type(error).__name__}: {error}")
 
 
-def _evaluate(task: Task, key: str) -> dict[str, Any]:
+def _on_disk(recording: Path | RemoteRecording) -> AbstractContextManager[Path]:
+    return nullcontext(recording) if isinstance(recording, Path) else recording.fetched()
+
+
+def _evaluate(task: Task, path: Path, key: str) -> dict[str, Any]:
     from threadpoolctl import threadpool_limits
 
-    recording = task.given.read(task.path)
+    recording = task.given.read(path)
     frames = evaluation_frames(recording)
     if not frames:
-        raise RecordingError(
-            f"{task.path.name} has no frame with a visual pose: nothing to estimate"
-        )
+        raise RecordingError(f"{path.name} has no frame with a visual pose: nothing to estimate")
     with threadpool_limits(1):
         estimates = {
             name: [estimator.update(frame) for frame in frames]
