@@ -16,6 +16,7 @@ from ..exceptions import RecordingError
 from ..measurement import Measurement
 from . import names
 from .align import VISION_HOLD_NS, Streams, measurements_at
+from .joint_ranges import joints_beyond_range
 from .named import NamedStream
 from .poses import PoseStream
 from .trajectory import PoseTrajectory
@@ -86,8 +87,9 @@ class Recording:
         """The recording as the estimator wants it.
 
         Each stream is held at its last stamp; frames before the first joint, contact or hand pose
-        are skipped with a warning. A visual pose counts for a second at most, or for as long as the
-        metadata says that it did in a live run.
+        are skipped with a warning. A joint that goes beyond its range gets a warning too. A visual
+        pose counts for a second at most, or for as long as the metadata says that it did in a live
+        run.
 
         Args:
             rate: "vision": a frame at each visual pose; a number: so many frames a second [Hz];
@@ -101,7 +103,7 @@ class Recording:
         self._check_names(joints, self.hand.joint_names, self.topics.joints, "joints")
         self._check_names(contacts, self.hand.pad_names, self.topics.contacts.topic, "pads")
         instants_ns = self._instants(rate, joints, contacts)
-        found: list[str] = []
+        found = joints_beyond_range(joints, self.hand)
         try:
             measurements = measurements_at(
                 instants_ns, self._streams, self.hand, found, self._vision_hold_ns()
