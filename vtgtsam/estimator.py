@@ -22,7 +22,7 @@ from .diagnosis import diagnose
 from .estimate import Estimate, Status
 from .factors.noise import welsch_weight_of_loss
 from .factors.tactile import tactile_weights
-from .frame import Frame, check
+from .frame import Frame, check, require_pose
 from .graph import OBJECT, FrameGraph, GraphBuilder
 from .measurement import Measurement
 from .objects import ObjectModel
@@ -58,6 +58,8 @@ class PoseEstimator:
 
     def reset(self, T_wo: gtsam.Pose3 | None = None) -> None:
         """Forget; the next frame starts at T_wo, or at its visual pose where T_wo is None."""
+        if T_wo is not None:
+            require_pose(T_wo, "T_wo")
         self._T_wo = T_wo
 
     def update(self, measurement: Measurement) -> Estimate:

@@ -54,8 +54,11 @@ def check(measurement: Measurement, hand: PadSet, use_visual_covariance: bool = 
         ValueError: Something has the wrong shape or names, or is missing. What is merely not finite is a matter
             of one frame, not of the program: it is named in ``Frame.invalid``.
     """
-    touching = contact_bits(measurement.contacts, hand.pad_names)
     visual, covariance = measurement.T_wo_visual, None
+    require_pose(measurement.T_wh, "T_wh")
+    if visual is not None:
+        require_pose(visual, "T_wo_visual")
+    touching = contact_bits(measurement.contacts, hand.pad_names)
     invalid = []
     if not math.isfinite(measurement.time):
         invalid.append("time")
@@ -75,6 +78,17 @@ def check(measurement: Measurement, hand: PadSet, use_visual_covariance: bool = 
         if not _is_covariance(covariance):
             invalid.append("visual_covariance")
     return Frame(measurement.time, touching, T_wp, visual, covariance, ", ".join(invalid))
+
+
+def require_pose(value: object, name: str) -> None:
+    """Raise a ValueError, which says how to make one, for what is no gtsam.Pose3."""
+    if isinstance(value, gtsam.Pose3):
+        return
+    shape = getattr(value, "shape", None)
+    got = f"a {type(value).__name__}" if shape is None else f"an array of shape {shape}"
+    raise ValueError(
+        f"{name} must be a gtsam.Pose3, got {got}: gtsam.Pose3(matrix) makes one of a 4x4 matrix"
+    )
 
 
 def _shaped(values: ArrayLike, shape: tuple[int, ...], name: str) -> np.ndarray:

@@ -188,12 +188,25 @@ def test_values_that_are_not_finite_are_not_used(broken):
         ({"T_wp": np.zeros((8, 4, 4))}, "must hold poses"),
         ({"T_wp": None}, "PadSet has no kinematics"),
         ({"visual_covariance": np.eye(3)}, r"visual_covariance must have shape \(6, 6\)"),
+        (
+            {"T_wo_visual": np.eye(4)},
+            r"T_wo_visual must be a gtsam.Pose3, got an array of shape \(4, 4\)",
+        ),
+        ({"T_wh": None}, "T_wh must be a gtsam.Pose3, got a NoneType"),
     ],
 )
 def test_a_malformed_measurement_raises_one_sentence(broken, message):
     pads, obj, measurement, _ = frame(7)
     with pytest.raises(ValueError, match=message):
         PoseEstimator(pads, obj, EstimatorConfig.tuned()).update(replace(measurement, **broken))
+
+
+def test_it_starts_again_only_at_a_pose():
+    pads, obj, _, _ = frame(7)
+    with pytest.raises(
+        ValueError, match=r"T_wo must be a gtsam.Pose3, .* gtsam.Pose3.matrix. makes"
+    ):
+        PoseEstimator(pads, obj, EstimatorConfig.tuned()).reset(np.eye(4))
 
 
 def test_contacts_by_name_are_the_contacts_in_order():
