@@ -8,6 +8,7 @@ from typing import Annotated, Any, Literal, NamedTuple
 
 import yaml
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic_core import ErrorDetails
 
 from .exceptions import ConfigError
 
@@ -124,13 +125,51 @@ class EstimatorConfig(BaseModel):
         Path(path).write_text(yaml.safe_dump(settings, sort_keys=False), encoding="utf-8")
 
 
+_MUST_BE = {  # by the type of pydantic's error
+    "greater_than": "above {gt:g}",
+    "greater_than_equal": "at least {ge}",
+    "less_than_equal": "at most {le}",
+    "finite_number": "finite",
+    "float_type": "a number",
+    "float_parsing": "a number",
+    "int_type": "a whole number",
+    "int_parsing": "a whole number",
+    "int_from_float": "a whole number",
+    "bool_type": "true or false",
+    "bool_parsing": "true or false",
+    "literal_error": "{expected}",
+}
+
+
 def _sentence(error: ValidationError) -> str:
+    """What is wrong with each setting, in the words of the file."""
     known = ", ".join(EstimatorConfig.model_fields)
+    faults = error.errors()
     parts = []
-    for item in error.errors():
-        name = ".".join(str(part) for part in item["loc"])
+    for item in faults:
+        name = str(item["loc"][0])
         if item["type"] == "extra_forbidden":
             parts.append(f"unknown setting {name!r} (known: {known})")
-        else:
-            parts.append(f"{name}: {item['msg']}, got {item['input']!r}")
+        elif name != "w_vis":
+            parts.append(_fault(name, item))
+    visual = [item for item in faults if item["loc"][0] == "w_vis"]
+    if visual:
+        parts.append(_visual_fault(visual))
     return "; ".join(parts)
+
+
+def _visual_fault(items: list[ErrorDetails]) -> str:
+    """What is wrong with ``w_vis``: pydantic lists the faults of each form it may have."""
+    for item in items:
+        if item["type"] in ("greater_than", "finite_number"):  # so the form was right
+            names = {"0": "rotation", "1": "translation"}
+            inner = [names.get(str(part), str(part)) for part in item["loc"][2:]]
+            return _fault(".".join(["w_vis", *inner]), item)
+    return f"w_vis must be one number, or two: rotation and translation, got {items[0]['input']!r}"
+
+
+def _fault(name: str, item: ErrorDetails) -> str:
+    if item["type"] in _MUST_BE:
+        must_be = _MUST_BE[item["type"]].format(**item.get("ctx", {}))
+        return f"{name} must be {must_be}, got {item['input']!r}"
+    return f"{name}: {item['msg']}, got {item['input']!r}"
