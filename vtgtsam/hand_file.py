@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import logging
+import re
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from pathlib import Path
@@ -15,6 +16,7 @@ from .exceptions import HandError
 
 _log = logging.getLogger(__name__)
 
+_UNNAMED = "body "  # a body without a name gets this and its number
 PADS_TEXT = "vtgtsam_pads"  # name of the <text> in <custom> that keeps which boxes are pads
 
 
@@ -46,7 +48,7 @@ def read_spec(path: Path) -> mujoco.MjSpec:
     try:
         return _keep_links(mujoco.MjSpec.from_file(str(path)))
     except ValueError as error:
-        raise HandError(f"{path} is neither MJCF nor URDF: {_one_line(error)}") from error
+        raise HandError(_why_unread(str(path), error)) from error
 
 
 def parse_spec(text: str) -> mujoco.MjSpec:
@@ -58,7 +60,17 @@ def parse_spec(text: str) -> mujoco.MjSpec:
     try:
         return _keep_links(mujoco.MjSpec.from_string(text))
     except ValueError as error:
-        raise HandError(f"the text is neither MJCF nor URDF: {_one_line(error)}") from error
+        raise HandError(_why_unread("the text", error)) from error
+
+
+def _why_unread(what: str, error: Exception) -> str:
+    if line := re.search(
+        r"XML_ERROR_.*Line number=(\d+)", str(error)
+    ):  # of TinyXML-2, not of MuJoCo
+        return (
+            f"{what}, line {line[1]}: not valid XML; look for a tag or a quote that is not closed"
+        )
+    return f"{what} is neither MJCF nor URDF: {_one_line(error)}"
 
 
 def _keep_links(spec: mujoco.MjSpec) -> mujoco.MjSpec:
@@ -69,7 +81,7 @@ def _keep_links(spec: mujoco.MjSpec) -> mujoco.MjSpec:
     spec.compiler.boundinertia = max(spec.compiler.boundinertia, 1e-9)
     spec.compiler.balanceinertia = True
     for index, body in enumerate(spec.bodies):
-        body.name = body.name or f"body {index}"
+        body.name = body.name or f"{_UNNAMED}{index}"
     return spec
 
 
@@ -170,12 +182,18 @@ def find_pads(model: mujoco.MjModel, pattern: str) -> list[PadBox]:
     if not matching:
         matching = [geom for geom in geoms if geom.is_box and fnmatchcase(geom.name, pattern)]
     if not matching:
-        boxes = sorted({shape.name for shape in (*sites, *geoms) if shape.is_box and shape.name})
-        raise HandError(
-            f"no box site or box geom is named {pattern!r}; boxes in the file: "
-            f"{', '.join(boxes) or 'none'}"
-        )
+        raise HandError(_no_pads([*sites, *geoms], pattern))
     return [shape.pad() for shape in matching]
+
+
+def _no_pads(shapes: list[_Shape], pattern: str) -> str:
+    boxes = {shape.name for shape in shapes if shape.is_box and shape.name}
+    named = sorted(name for name in boxes if not name.startswith(_UNNAMED))
+    return (
+        f"no box site or box geom is named {pattern!r}; boxes in the file: "
+        f"{', '.join(named) or 'none with a name'}. Name the pads' box sites pad_*, or say in a topic map "
+        'which boxes are pads, like pads: "taxel_*"; docs/pads.md shows how'
+    )
 
 
 class _Shape:

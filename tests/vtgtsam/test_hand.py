@@ -221,7 +221,9 @@ def test_box_geoms_are_pads_where_no_site_is(tmp_path):
         ('"0 0 0.1">', '"0 0 0.1"><freejoint/>', "'palm' has a free joint; remove it"),
         ('type="box" pos="0 0 0.011"', 'type="ellipsoid" pos="0 0 0.011"', "not so: pad_palm"),
         ("pad_", "skin_", "no box site or box geom is named 'pad_.*marker.*skin_palm"),
-        ("<body", "<bodi", "neither MJCF nor URDF"),
+        ("pad_", "skin_", "Name the pads' box sites pad_., or say in a topic map which boxes"),
+        ("<body", "<bodi", "hand.xml, line [0-9]+: not valid XML; look for"),
+        ('type="box"', 'tipe="box"', "neither MJCF nor URDF"),
         ('axis="0 -1 0"', 'axis="0 0 0"', "cannot use this hand"),
     ],
 )
