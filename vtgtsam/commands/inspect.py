@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from .options import Hand, Topics
+from .options import Hand, Object, Topics
 
 
 def inspect(
@@ -17,11 +17,12 @@ def inspect(
     ],
     topics: Topics = None,
     hand: Hand = None,
+    object: Object = None,
 ) -> None:
-    """Say what is in a recording: streams, rates, gaps, problems."""
+    """Say what is in a recording: streams, rates, gaps, the object's size, problems."""
     from ..evaluation.find import find_recordings
     from ..recording.inspect import inspect_recording
 
     for recording in find_recordings([path]).values():
-        for line in inspect_recording(recording, hand=hand, topics=topics).lines():
+        for line in inspect_recording(recording, hand, topics, object).lines():
             typer.echo(line)

@@ -3,30 +3,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..exceptions import VtgtsamError
-from ..measurement import Measurement
 from . import names
 from .bags import open_source
 from .messages import is_known, stamp_ns
-from .reader import read_recording
-from .recording import Recording
 from .source import BagMessage
+from .usable import try_to_use
 
 if TYPE_CHECKING:
+    from ..objects import ObjectModel
     from ..pads import PadSet
     from .topics import TopicMap
 
 GAP_PERIODS = 5  # a pause of so many usual periods is a gap
 ON_CHANGE = (names.HAND_POSE, names.CAMERA_POSE, names.CAMERA_INFO)  # pauses are no gaps there
 LONGEST_VALUE = 70  # [characters] of a metadata value that are shown
-LARGEST_DISTANCE = 10.0  # [m], poses further from the world's origin are probably in millimetres
 
 
 @dataclass(frozen=True)
@@ -70,8 +67,10 @@ class Inspection:
         info: Its metadata.
         attachments: Size of each attached file [bytes].
         streams: Its topics, by name.
+        object: The object's name and size, None where it cannot be had.
         frames: Number of frames the estimator would get at rate "vision"; None where it cannot.
         problems: What is wrong, a sentence each; empty for a sound recording.
+        warnings: What may be right but seldom is.
         notes: What is not wrong but worth knowing.
     """
 
@@ -79,8 +78,10 @@ class Inspection:
     info: dict[str, str]
     attachments: dict[str, int]
     streams: list[StreamSummary]
+    object: str | None
     frames: int | None
     problems: list[str]
+    warnings: list[str]
     notes: list[str]
 
     def lines(self) -> Iterator[str]:
@@ -93,11 +94,14 @@ class Inspection:
         width = max((len(stream.topic) for stream in self.streams), default=0)
         for stream in self.streams:
             yield "  " + _stream_line(stream, width)
+        if self.object is not None:
+            yield f"  {self.object}"
         if self.frames is not None:
             yield f"  frames for the estimator: {self.frames}"
         yield from (f"  note: {note}" for note in self.notes)
+        yield from (f"  warning: {warning}" for warning in self.warnings)
         yield from (f"  problem: {problem}" for problem in self.problems)
-        if not self.problems:
+        if not self.problems and not self.warnings:
             yield "  no problems found"
 
 
@@ -114,6 +118,7 @@ def inspect_recording(
     path: str | Path,
     hand: PadSet | str | Path | None = None,
     topics: TopicMap | str | Path | None = None,
+    object: ObjectModel | str | Path | None = None,
 ) -> Inspection:
     """Look into a recording.
 
@@ -121,6 +126,7 @@ def inspect_recording(
         path: The recording.
         hand: The hand, as ``read_recording`` takes it.
         topics: The topic map, as ``read_recording`` takes it.
+        object: The object, as ``read_recording`` takes it.
 
     Raises:
         RecordingError: The path holds no recording at all.
@@ -135,15 +141,17 @@ def inspect_recording(
         _summary(topic, source.topics[topic], stamps[topic], sizes[topic])
         for topic in sorted(stamps)
     ]
-    frames, problems, notes = _try_to_use(path, hand, topics)
+    use = try_to_use(path, hand, object, topics)
     return Inspection(
         path=Path(path),
         info=source.metadata.get(names.METADATA, {}),
         attachments={name: len(data) for name, data in source.attachments.items()},
         streams=streams,
-        frames=frames,
-        problems=problems + [p for stream in streams for p in _stream_problems(stream)],
-        notes=notes,
+        object=use.object,
+        frames=use.frames,
+        problems=use.problems + [p for stream in streams for p in _stream_problems(stream)],
+        warnings=use.warnings,
+        notes=use.notes,
     )
 
 
@@ -180,52 +188,3 @@ def _stream_problems(stream: StreamSummary) -> Iterator[str]:
         )
     if stream.out_of_order:
         yield f"{stream.topic} has {stream.out_of_order} messages out of order; they get sorted"
-
-
-def _try_to_use(
-    path: str | Path, hand: PadSet | str | Path | None, topics: TopicMap | str | Path | None
-) -> tuple[int | None, list[str], list[str]]:
-    """Number of frames for the estimator (None: it cannot), what is wrong, what is worth knowing."""
-    try:
-        recording = read_recording(path, hand=hand, topics=topics)
-    except VtgtsamError as error:
-        return None, [str(error)], []
-    notes = list(_notes(recording))
-    far = list(_far_poses(recording))
-    try:
-        measurements = recording.measurements()
-    except VtgtsamError as error:
-        return None, [*recording.warnings, *far, str(error)], notes
-    notes += _contact_notes(measurements, recording.hand.pad_names)
-    return len(measurements), [*recording.warnings, *far], notes
-
-
-def _notes(recording: Recording) -> Iterator[str]:
-    if recording.ground_truth is None:
-        yield "no true poses, so that errors cannot be computed"
-    if recording.camera_pose is None:
-        yield "no camera pose, so that results cannot be given in the camera frame"
-
-
-def _far_poses(recording: Recording) -> Iterator[str]:
-    trajectories = {"visual": recording.visual_poses, "true": recording.ground_truth}
-    for what, trajectory in trajectories.items():
-        if trajectory is None:
-            continue
-        distance = max(float(np.linalg.norm(pose.translation())) for pose in trajectory.poses)
-        if distance > LARGEST_DISTANCE:
-            yield (
-                f"{what} poses lie up to {distance:.0f} m from the world's origin; "
-                "if they are in millimetres, write them in metres"
-            )
-
-
-def _contact_notes(measurements: list[Measurement], pad_names: Sequence[str]) -> Iterator[str]:
-    if not measurements:
-        return
-    contacts = np.array([m.contacts for m in measurements], dtype=bool)
-    if not contacts.any():
-        yield "no pad is in contact in any frame"
-    stuck = [pad_names[k] for k in np.flatnonzero(contacts.all(axis=0)).tolist()]
-    if stuck:
-        yield f"in contact in every frame: {', '.join(stuck)}"

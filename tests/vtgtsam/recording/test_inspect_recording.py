@@ -23,6 +23,7 @@ def test_a_sound_recording_has_its_streams_and_no_problems(tmp_path):
     assert vision.longest_gap == pytest.approx(0.033)
     text = "\n".join(found.lines())
     assert "object: can" in text
+    assert "\n  can: 66 x 66 x 101 mm\n" in text
     assert "/joint_states           300 JointState" in text
     assert text.endswith("no problems found")
 
@@ -53,6 +54,30 @@ def test_what_keeps_it_from_being_evaluated_is_a_problem(tmp_path):
     found = inspect_recording(tmp_path / "a.mcap")
     assert found.frames is None
     assert any("has no topic /tactile/contacts" in problem for problem in found.problems)
+    assert any("does not say which object it shows" in problem for problem in found.problems)
+    assert found.object is None
+
+
+def test_an_object_that_cannot_be_used_is_a_problem(tmp_path):
+    path = write_sequence(tmp_path / "a.mcap", metadata={"object": "can"}, hand_xml=HAND_XML)
+    assert inspect_recording(path, object="banana").object.startswith("banana: ")
+    found = inspect_recording(path, object="spaceship")
+    assert [problem.split(";")[0] for problem in found.problems] == [
+        "'spaceship' is neither a mesh file nor a built-in object"
+    ]
+
+
+def test_an_object_too_small_to_hold_is_a_warning_that_names_the_scale(tmp_path):
+    about = {"object": "can", "object_scale": "0.05"}
+    found = inspect_recording(
+        write_sequence(tmp_path / "a.mcap", metadata=about, hand_xml=HAND_XML)
+    )
+    assert found.object == "can: 3.3 x 3.3 x 5.1 mm"
+    assert found.problems == []
+    (warning,) = found.warnings
+    assert "very small for a hand" in warning
+    assert "object_scale" in warning
+    assert f"  warning: {warning}" in found.lines()
 
 
 def test_a_cut_recording_says_so_once(tmp_path):
