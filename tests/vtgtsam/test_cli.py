@@ -71,8 +71,10 @@ def test_evaluate_prints_a_table_in_mm_and_where_the_results_are(run, tmp_path):
         "object",
         "method",
         *"before turn after turn".split(),
-        *"after turn after turn frames".split(),
+        *"after turn after turn not held".split(),
     ]
+    assert "With 2 sequences nothing can be said about chance: at least 6 are needed." in lines
+    assert "Paired" not in out
     summary = pd.read_csv(tmp_path / "out" / "summary.csv")
     median = summary.query("object == 'all' and method == 'vis' and phase == 'before'")
     row = next(line for line in lines if line.startswith("all objects (2)"))
@@ -106,6 +108,14 @@ def test_a_failed_sequence_gives_exit_code_3_and_is_listed(run, tmp_path):
     assert "1 of 2 sequences failed" in err
     assert "  bad: " in err
     assert "box (1)" in out
+
+
+def test_where_all_sequences_fail_the_reason_comes_last_and_no_page_is_offered(run, tmp_path):
+    (tmp_path / "bad.mcap").write_bytes(b"nothing")
+    code, out, err = run("evaluate", tmp_path / "bad.mcap", "--out", tmp_path / "out")
+    assert (code, out) == (3, "")
+    assert err.splitlines()[-1].startswith("  bad: ")
+    assert not (tmp_path / "out" / "report.html").exists()
 
 
 def test_without_any_truth_it_says_why_there_is_no_table(run, tmp_path):

@@ -67,11 +67,11 @@ def evaluate(
     except KeyboardInterrupt:
         typer.echo("vtgtsam: interrupted; the same call goes on where it stopped", err=True)
         raise typer.Exit(INTERRUPTED) from None
-    typer.echo(tables_text(tables))
+    if len(tables.failed) < len(tables.sequences):
+        typer.echo(tables_text(tables))
+        write_report(Path(out), tables)
     if tables.failed:
         typer.echo(f"\n{len(tables.failed)} of {len(tables.sequences)} sequences failed:", err=True)
         for sequence, problem in tables.failed.items():
             typer.echo(f"  {sequence}: {problem}", err=True)
-    write_report(Path(out), tables)
-    if tables.failed:
         raise typer.Exit(SOME_FAILED)

@@ -12,6 +12,7 @@ import pandas as pd
 
 from .collect import CONDITION
 from .phases import AFTER, BEFORE
+from .significance import FEWEST
 from .statistics import ALL
 from .tables import Tables
 
@@ -28,13 +29,13 @@ _TURNED = (
     _Column("median\nafter turn", AFTER, "adds_median_mm"),
     _Column("75 %\nafter turn", AFTER, "adds_q75_mm"),
     _Column("< 5 mm\nafter turn", AFTER, "share_below_5mm"),
-    _Column("lost\nframes", ALL, "frames_not_held"),
+    _Column("frames\nnot held", ALL, "frames_not_held"),
 )
 _NOT_TURNED = (
     _Column("median", ALL, "adds_median_mm"),
     _Column("75 %", ALL, "adds_q75_mm"),
     _Column("< 5 mm", ALL, "share_below_5mm"),
-    _Column("lost\nframes", ALL, "frames_not_held"),
+    _Column("frames\nnot held", ALL, "frames_not_held"),
 )
 
 _MOST_OBJECTS = 40  # in all conditions together; of more, each condition's sum is printed
@@ -42,8 +43,8 @@ _SHOWN = 3  # different notes, and different warnings
 
 _LEGEND = """\
 ADD-S: mean distance of the object's vertices at the estimate to its surface at the truth. Median and 75 %
-quartile over the sequences' medians; < 5 mm: share of frames; lost: frames in which nothing held the pose
-(no vision, or vision too far off to count, and too few pads), which are counted with their errors."""
+quartile over the sequences' medians; < 5 mm: share of frames; not held: frames in which nothing held the
+pose (no vision, or vision too far off to count, and too few pads), which are counted with their errors."""
 
 
 def tables_text(tables: Tables) -> str:
@@ -131,6 +132,10 @@ def _tests(tests: pd.DataFrame) -> Iterator[str]:
     tests = tests[tests["n"] > 0]
     after = tests[tests["phase"] == AFTER]
     shown = after if len(after) else tests[tests["phase"] == ALL]
+    if len(shown) and (shown["n"] < FEWEST).all():
+        n, unit = shown["n"].max(), shown["unit"].iloc[0]
+        yield f"With {n} {unit}{'' if n == 1 else 's'} nothing can be said about chance: at least {FEWEST} are needed."
+        return
     if len(shown):
         when = " after the turn" if len(after) else ""
         yield f"Paired{when}, p of Wilcoxon's test (after Holm's correction):"
