@@ -83,10 +83,17 @@ def _describe(mesh: trimesh.Trimesh, scale: float) -> list[str]:
         + ("body" if mesh.body_count == 1 else "bodies"),
     ]
     if mesh.is_watertight:
-        lines.append(f"watertight, volume {mesh.volume * 1e6:.1f} cm3")
+        lines.append(f"watertight, volume {_volume(mesh.volume)}")
     else:
         lines.append(f"not watertight: {int((edges != 2).sum())} edges do not join two faces")
     return lines
+
+
+def _volume(cubic_metres: float) -> str:
+    """A volume with its unit; what is not in metres can be as large as a house."""
+    if abs(cubic_metres) < 1.0:
+        return f"{cubic_metres * 1e6:.1f} cm3"
+    return f"{cubic_metres:,.0f} m3"
 
 
 def _check_walls(mesh: trimesh.Trimesh, sdf: GridSdf, report: MeshReport) -> None:

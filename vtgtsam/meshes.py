@@ -72,12 +72,13 @@ def check_size(vertices: np.ndarray, name: str = "the mesh") -> None:
     if longest > LARGEST_EXTENT:
         raise MeshError(
             f"{name} is {longest:.4g} m long, more than {LARGEST_EXTENT:g} m: it is probably in "
-            "millimetres; load it with scale=0.001 (0.01 for centimetres)"
+            "millimetres or centimetres; load it with scale=0.001 or 0.01 (on the command line "
+            "--scale 0.001 or 0.01)"
         )
     if longest < SMALLEST_EXTENT:
         raise MeshError(
             f"{name} is {longest:.2g} m long, less than {SMALLEST_EXTENT:g} m: it is not in "
-            "metres; load it with the scale that makes it metres"
+            "metres; load it with the scale that makes it metres (--scale on the command line)"
         )
 
 

@@ -30,8 +30,10 @@ def test_good_mesh_has_no_problems_and_its_size_is_printed_in_mm(tmp_path):
 
 def test_mesh_in_millimetres_is_a_problem_that_its_scale_solves(tmp_path):
     path = saved(CATALOGUE["ball"].mesh().apply_scale(1000), tmp_path)
-    (problem,) = check_mesh(path).problems
-    assert "millimetres" in problem and "scale=0.001" in problem
+    report = check_mesh(path)
+    (problem,) = report.problems
+    assert "millimetres or centimetres" in problem and "--scale 0.001 or 0.01" in problem
+    assert "watertight, volume 141,5" in str(report) and "e+" not in str(report)
     assert check_mesh(path, scale=0.001, resolution=32).problems == []
 
 
