@@ -20,6 +20,7 @@ from .joint_ranges import joints_beyond_range
 from .named import NamedStream
 from .poses import PoseStream
 from .trajectory import PoseTrajectory
+from .visual_check import visual_off_truth
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -74,11 +75,15 @@ class Recording:
 
     @cached_property
     def object(self) -> ObjectModel:
-        """The object: as given, else as attached, else as named in the metadata."""
+        """The object: as given, else as attached, else as named in the metadata.
+
+        With its centre known, visual poses are compared with true ones, which may add a warning.
+        """
         obj = self._make_object()
         recorded = self.info.get("object_sha256")
         if recorded and obj.sha256 and obj.sha256 != recorded:
             self.warn([f"the recording was made with another mesh of {self.info.get('object')!r}"])
+        self.warn(visual_off_truth(self.visual_poses, self.ground_truth, obj))
         return obj
 
     def measurements(

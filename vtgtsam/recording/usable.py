@@ -14,6 +14,7 @@ from ..exceptions import VtgtsamError
 from ..measurement import Measurement
 from .reader import read_recording
 from .recording import Recording
+from .visual_check import visual_off_truth
 
 if TYPE_CHECKING:
     from ..objects import ObjectModel
@@ -58,7 +59,8 @@ def try_to_use(
         return use
     use.notes += _notes(recording)
     refused = [*_use_object(recording, use), *_use_streams(recording, use)]
-    use.problems += [*recording.warnings, *_far_poses(recording), *refused]
+    problems = [sentence for sentence in recording.warnings if sentence not in use.warnings]
+    use.problems += [*problems, *_far_poses(recording), *refused]
     return use
 
 
@@ -71,6 +73,7 @@ def _use_object(recording: Recording, use: Use) -> Iterator[str]:
         return
     extents = obj.sdf.upper - obj.sdf.lower if obj.mesh is None else obj.mesh.extents
     use.object = f"{obj.name}: {_millimetres(extents)}"
+    use.warnings += visual_off_truth(recording.visual_poses, recording.ground_truth, obj)
     if max(extents) < SMALLEST_OBJECT:
         use.warnings.append(
             f"{use.object} is very small for a hand; if it is larger, say how many metres a unit of "
