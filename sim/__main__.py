@@ -59,7 +59,7 @@ def generate(
         str, typer.Option(help="depth: knows nothing of the hand; depth-hand: knows its geometry.")
     ] = "depth",
     hand: Annotated[
-        str, typer.Option(help="Grasp description: a name or a YAML file.")
+        str, typer.Option(help="Grasp description: isyhand, fourfinger or a YAML file.")
     ] = "isyhand",
     images: Annotated[
         bool, typer.Option("--images", help="Store depth and colour images too.")
@@ -175,9 +175,9 @@ def contacts(
         typer.Option(envvar="VTGTSAM_YCB", help="Directory of YCB meshes to use."),
     ] = None,
     seed: Annotated[int, typer.Option(min=0)] = 0,
-    hand: Annotated[str, typer.Option(help="Grasp description: a name or a YAML file.")] = (
-        "isyhand"
-    ),
+    hand: Annotated[
+        str, typer.Option(help="Grasp description: isyhand, fourfinger or a YAML file.")
+    ] = ("isyhand"),
 ) -> None:
     """How true contacts are: the convex parts against the mesh, and overlap of pads and object."""
     from .contacts import table
@@ -209,7 +209,7 @@ def _numbers(text: str, option: str) -> list[float]:
         numbers = []
     if not numbers or not all(0 <= number < float("inf") for number in numbers):
         raise typer.BadParameter(
-            f"expected numbers like 1 or 0.5,1,2, got {text!r}", param_hint=option
+            f"expected numbers of 0 or more, like 1 or 0.5,1,2, got {text!r}", param_hint=option
         )
     if len(set(numbers)) < len(numbers):
         raise typer.BadParameter(f"a number occurs twice in {text!r}", param_hint=option)

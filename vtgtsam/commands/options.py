@@ -30,7 +30,9 @@ Resolution = Annotated[int, typer.Option(min=2, help="Nodes of the distance fiel
 Topics = Annotated[Path | None, typer.Option(help="Topic map (YAML) for other people's bags.")]
 Hand = Annotated[
     str | None,
-    typer.Option(help="Hand instead of the recording's: a name, or an MJCF or URDF file."),
+    typer.Option(
+        help="Hand instead of the recording's: the name isyhand, or an MJCF or URDF file."
+    ),
 ]
 Object = Annotated[
     str | None, typer.Option(help="Object instead of the recording's: a name or a mesh file.")
