@@ -15,7 +15,7 @@ def check(
     camera: Camera = "realsense",
     emulate: Emulate = False,
 ) -> None:
-    """Look at servos, pads and camera without moving anything; exit code 1 if something is wrong."""
+    """Look at servos, pads and camera without moving anything; exit code 1 unless all is well."""
     from hardware.live import health
     from hardware.servo.description import load_description
 
@@ -39,5 +39,5 @@ def check(
     for finding in findings:
         for line in finding.lines():
             typer.echo(line)
-    if any(finding.problems for finding in findings):
+    if not all(finding.ok for finding in findings):
         raise typer.Exit(1)

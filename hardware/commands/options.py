@@ -10,8 +10,14 @@ import typer
 
 Hand = Annotated[str, typer.Option(help="The built hand: a name, or its YAML file.")]
 Emulate = Annotated[bool, typer.Option("--emulate", help="Use emulated devices.")]
-Servos = Annotated[str | None, typer.Option(help="Serial port of the servos.")]
-Pads = Annotated[str | None, typer.Option(help="Serial port of the pad board.")]
+Servos = Annotated[
+    str | None,
+    typer.Option(help="Serial port of the servos, as /dev/serial/by-id/... or /dev/ttyUSB0."),
+]
+Pads = Annotated[
+    str | None,
+    typer.Option(help="Serial port of the pad board, as /dev/serial/by-id/... or /dev/ttyACM0."),
+]
 Camera = Annotated[str, typer.Option(help="realsense, realsense:SERIAL, or a recording.")]
 Scale = Annotated[
     Path | None, typer.Option(help="Pad calibration; HAND.pads.yaml where not given.")

@@ -37,14 +37,23 @@ class Finding:
         device: Its name.
         facts: What is so.
         problems: What is wrong, each with what to do.
+        not_checked: What to do so that it is looked at; empty where it was.
     """
 
     device: str
     facts: list[str] = field(default_factory=list)
     problems: list[str] = field(default_factory=list)
+    not_checked: str = ""
+
+    @property
+    def ok(self) -> bool:
+        """Whether the device was looked at and nothing is wrong."""
+        return not (self.problems or self.not_checked)
 
     def lines(self) -> list[str]:
         """For people."""
+        if self.not_checked:
+            return [f"{self.device}: not checked; {self.not_checked}"]
         verdict = "wrong" if self.problems else "ok"
         return [
             f"{self.device}: {verdict}",
@@ -65,7 +74,7 @@ def check_servos(description: HandDescription, path: str | None) -> Finding:
     """Whether all servos are there, well supplied, cool, and without errors."""
     finding = Finding(f"servos on {path}" if path else "servos")
     if path is None:
-        finding.problems.append("not looked at: give their port with --servos")
+        finding.not_checked = "give their port with --servos"
         return finding
     names = {joint.id: joint.name for joint in description.joints}
     try:
@@ -136,8 +145,12 @@ def check_pads(description: HandDescription, port: str | None) -> Finding:
     finding = Finding(f"pads on {port}" if port else "pads")
     wiring = description.pads
     if wiring is None or port is None:
-        what = "--pads" if wiring is not None else "an entry 'pads' in the hand's file"
-        finding.problems.append(f"not looked at: give {what}")
+        what = (
+            "the board's port with --pads"
+            if wiring is not None
+            else "an entry 'pads' in the hand's file"
+        )
+        finding.not_checked = f"give {what}"
         return finding
     try:
         with PadBoard(port, inputs=len(wiring.inputs)) as board:

@@ -8,6 +8,8 @@ that the sequence number shows to be missing are counted.
 
 from __future__ import annotations
 
+import errno
+import os
 import threading
 import time
 from collections import deque
@@ -231,6 +233,12 @@ def _open(port: str, baud: int) -> Any:
         return serial.Serial(port, baud, timeout=_POLL, exclusive=True)
     except (*_port_errors(), ValueError) as error:
         raise PadBoardError(
-            f"cannot open the pad board on {port}: {error}; check the port's name, that no other "
+            f"cannot open the pad board on {port}: {_reason(error)}; check the port's name, that no other "
             "program reads it, and that you may (group dialout)"
         ) from error
+
+
+def _reason(error: Exception) -> str:
+    """Why a port does not open; pyserial gives number and path twice."""
+    number = getattr(error, "errno", None)
+    return os.strerror(number) if number in (errno.ENOENT, errno.EACCES) else str(error)
