@@ -94,11 +94,20 @@ class RosBag:
             except RecordingError:
                 raise
             except Exception as error:  # rosbags passes on whatever its parsers and sqlite raise
-                raise RecordingError(f"{self.path} is not a readable ROS bag: {error}") from error
+                raise RecordingError(self._why_unread(error)) from error
             self.topics = {c.topic: c.msgtype for c in reader.connections}
             wanted = [c for c in reader.connections if topics is None or c.topic in topics]
             if wanted:
                 yield from self._read(reader, wanted)
+
+    def _why_unread(self, error: Exception) -> str:
+        why = f"{self.path} is not a readable ROS bag: {error}"
+        if "malformed" in str(error) or "not a database" in str(error):  # SQLite's words
+            why += (
+                "; a copy that was cut off is best copied again, of a recording that was cut off "
+                "`sqlite3 BAG.db3 .recover | sqlite3 RESCUED.db3` may save a part"
+            )
+        return why
 
     def _read(self, reader: AnyReader, wanted: list[Connection]) -> Iterator[BagMessage]:
         deserialize = (

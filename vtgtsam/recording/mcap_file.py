@@ -55,7 +55,7 @@ class McapFile:
         schemas: dict[int, Schema] = {}
         channels: dict[int, Channel] = {}
         decoders: dict[int, _Decoder] = {}
-        last_ns = 0
+        last_ns: int | None = None
         for record in reader.records():
             if isinstance(record, Schema):
                 schemas[record.id] = record
@@ -70,7 +70,7 @@ class McapFile:
             elif isinstance(record, Message) and record.channel_id not in channels:
                 reader.orphans += 1
             elif isinstance(record, Message):
-                last_ns = max(record.log_time, last_ns)
+                last_ns = max(record.log_time, last_ns or 0)
                 topic, decode = channels[record.channel_id].topic, decoders[record.channel_id]
                 if topics is None or topic in topics:
                     yield BagMessage(topic, decode.msgtype, record.log_time, record.data, decode)
@@ -178,7 +178,7 @@ class _RecordReader:
             self.broken += len(content)
         return []
 
-    def loss(self, last_ns: int) -> str | None:
+    def loss(self, last_ns: int | None) -> str | None:
         """What could not be read, in one sentence, or None."""
         if self.ended and not self.broken and not self.orphans:
             return None if self.has_index else "the file's index is cut off, but no message is lost"
@@ -188,10 +188,10 @@ class _RecordReader:
                 "read, and the messages in them are lost"
             )
         tail = self.size - self.read_to + self.broken
-        return (
-            f"the file is cut off: its last {tail} of {self.size} bytes cannot be read, and "
-            f"what was recorded after {last_ns / 1e9:.2f} s is lost; the rest is used"
-        )
+        cut = f"the file is cut off: its last {tail} of {self.size} bytes cannot be read, and"
+        if last_ns is None:
+            return f"{cut} no message is left; record it again, or copy it again if a copy was cut"
+        return f"{cut} what was recorded after {last_ns / 1e9:.2f} s is lost; the rest is used"
 
 
 _SKIPPED = frozenset({Opcode.MESSAGE_INDEX})
