@@ -67,7 +67,7 @@ def test_a_wrong_description_is_refused_in_one_line(tmp_path, old, new):
 
 
 def test_an_unknown_description_lists_the_known_ones():
-    with pytest.raises(HandError, match="'shadow': known are isyhand"):
+    with pytest.raises(HandError, match="'shadow': known are fourfinger, isyhand"):
         load_description("shadow")
 
 
