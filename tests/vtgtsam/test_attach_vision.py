@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Visual poses of other programs in a recording: `vtgtsam attach-vision`."""
 
+import shutil
 import sys
 
 import gtsam
@@ -219,11 +220,50 @@ def test_the_other_frame_is_noticed(tmp_path, run, source, before):
     assert "millimetres and poses in the camera frame; give --scale 0.001 --frame camera\n" in err
 
 
-def test_poses_that_are_merely_bad_are_not_questioned(tmp_path, run, source, before):
+def w_first(path):
+    """The same TUM file with its quaternions as qw qx qy qz."""
+    lines = [line.split() for line in path.read_text().splitlines()]
+    path.write_text("\n".join(" ".join([*n[:4], n[7], *n[4:7]]) for n in lines))
+    return path
+
+
+@pytest.mark.parametrize("frame", ["world", "camera"])
+def test_quaternions_with_w_first_are_refused(tmp_path, run, frame):
+    turns = [gtsam.Rot3.RzRyRx(0.6 + 0.1 * k, -0.5, 0.8) for k in range(8)]
+    truth = [gtsam.Pose3(R, [0.0, 0.01 * k, 0.0]) for k, R in enumerate(turns)]
+    source = write_images(tmp_path / "a.mcap", truth)
+    poses = truth if frame == "world" else in_camera(read_recording(source), truth)
+    written = tum(tmp_path / "x.txt", 0.1 * np.arange(8), poses)
+    assert run(source, written, "--frame", frame)[0] == 0
+    (tmp_path / "out.mcap").unlink()
+    code, _, err, after = run(source, w_first(written), "--frame", frame)
+    assert (code, after) == (1, None)
+    assert "0 degrees with its quaternions read as qw qx qy qz; write them as qx qy qz qw" in err
+    assert err.count("\n") == 1
+
+
+def test_what_looks_the_same_turned_is_no_matter_of_quaternions(tmp_path, run):
+    """A box at half a turn about z, seen as not turned: with w first that would be half a turn."""
+    truth = [gtsam.Pose3(gtsam.Rot3.Rz(np.pi), [0.0, 0.01 * k, 0.0]) for k in range(8)]
+    source = write_images(tmp_path / "a.mcap", truth)
+    seen = [gtsam.Pose3(gtsam.Rot3(), T.translation()) for T in truth]
+    code, _, err, after = run(source, tum(tmp_path / "x.txt", 0.1 * np.arange(8), seen))
+    assert (code, err) == (0, "")
+    assert_visual(after, seen)
+
+
+def test_poses_that_are_merely_bad_get_a_warning(tmp_path, run, source, before):
     away = gtsam.Pose3(gtsam.Rot3.Rx(1.0), [0.07, 0.4, -0.3])
     poses = [away * T for T in truth_of(before)]
-    code, _, _, after = run(source, tum(tmp_path / "x.txt", before.ground_truth.times, poses))
+    code, _, err, after = run(source, tum(tmp_path / "x.txt", before.ground_truth.times, poses))
     assert code == 0
+    assert "visual poses are off the true ones by" in err
+    assert "check --frame, --scale, --latency" in err
+    assert err.count("\n") == 1
+    out = shutil.copy(tmp_path / "out.mcap", tmp_path / "bad.mcap")
+    good = tum(tmp_path / "y.txt", before.ground_truth.times, truth_of(before))
+    assert run(out, good)[2] == ""  # the poses that go are not complained of
+    _, _, _, after = run(source, tmp_path / "x.txt")
     assert_visual(after, poses)
 
 

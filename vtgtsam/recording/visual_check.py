@@ -13,10 +13,17 @@ if TYPE_CHECKING:
     from ..objects import ObjectModel
 
 FAR = 0.05  # [m], a tracker that is so far off most of the time has lost the object
+ADVICE = (
+    "check their frame ('frame: camera' or 'world' in the topic map), camera_pose (x y z qx qy qz qw, "
+    "qw last), and the unit (metres)"
+)
 
 
 def visual_off_truth(
-    visual: PoseTrajectory | None, truth: PoseTrajectory | None, obj: ObjectModel
+    visual: PoseTrajectory | None,
+    truth: PoseTrajectory | None,
+    obj: ObjectModel,
+    advice: str = ADVICE,
 ) -> list[str]:
     """A sentence where the object's centre is usually seen more than 5 cm from where it is.
 
@@ -27,6 +34,7 @@ def visual_off_truth(
         visual: What the tracker reported, T_wo.
         truth: True poses T_wo.
         obj: The object.
+        advice: What to check.
     """
     from ..metrics import rotation_error, translation_error
 
@@ -44,7 +52,5 @@ def visual_off_truth(
     angle = np.median([rotation_error(T, T_true, obj.symmetry) for T, T_true in pairs])
     return [
         f"visual poses are off the true ones by {distance * 1e3:.0f} mm and "
-        f"{np.rad2deg(angle):.0f} degrees (medians); unless the tracker is that bad, check their frame "
-        "('frame: camera' or 'world' in the topic map), camera_pose (x y z qx qy qz qw, qw last), "
-        "and the unit (metres)"
+        f"{np.rad2deg(angle):.0f} degrees (medians); unless the tracker is that bad, {advice}"
     ]

@@ -11,14 +11,18 @@ import gtsam
 import numpy as np
 
 from ...evaluation.atomic import replacing
-from ...exceptions import RecordingError
+from ...exceptions import RecordingError, VtgtsamError
 from ...recording import Recording, messages, names, read_recording
 from ...recording.bags import open_source
 from ...recording.camera import image_times
 from ...recording.replace import replace_topic
+from ...recording.trajectory import PoseTrajectory
+from ...recording.visual_check import visual_off_truth
 from .files import PoseFiles
 from .plausible import check_unit_and_frame, explain_offset, find_reference, in_world
+from .quaternions import check_quaternion_order
 
+ADVICE = "check --frame, --scale, --latency and /camera/pose"
 Count = Literal["images", "vision"]
 
 OUTSIDE_NS = 10**9  # [ns], poses that far before or after a recording are of another one
@@ -72,11 +76,15 @@ def attach_vision(
     reference = find_reference(before, times_ns / 1e9)
     if reference is not None:
         check_unit_and_frame(files, before, times_ns / 1e9, reference)
+        check_quaternion_order(files, before, times_ns / 1e9, reference)
     poses = in_world(files, before, times_ns / 1e9)
-    warnings = list(before.warnings)
+    warnings = _warnings_of_the_rest(before)
+    offset = None
     if reference is not None and not offset_is_known:
-        sentence = explain_offset(poses, before, reference)
-        warnings += [sentence] if sentence else []
+        offset = explain_offset(poses, before, reference)
+        warnings += [offset] if offset else []
+    if reference is not None and offset is None:
+        warnings += _far_from_truth(poses, times_ns / 1e9, before)
     kept = _usable(source, files, times_ns, poses, warnings)
     about = {"tracker": tracker, "tracker_files": files.path.name}
     with replacing(out) as temporary:
@@ -84,6 +92,23 @@ def attach_vision(
         replace_topic(source, temporary, names.VISION, messages.POSE, stamped, about)
     old = before.visual_poses
     return Attached(len(kept), 0 if old is None else len(old), warnings)
+
+
+def _warnings_of_the_rest(recording: Recording) -> list[str]:
+    """The recording's warnings without that on the visual poses that go."""
+    try:
+        old = visual_off_truth(recording.visual_poses, recording.ground_truth, recording.object)
+    except VtgtsamError:  # no object: they were not judged
+        old = []
+    return [sentence for sentence in recording.warnings if sentence not in old]
+
+
+def _far_from_truth(
+    poses: list[gtsam.Pose3 | None], times: np.ndarray, recording: Recording
+) -> list[str]:
+    known = [T is not None for T in poses]
+    visual = PoseTrajectory(times[known], [T for T in poses if T is not None])
+    return visual_off_truth(visual, recording.ground_truth, recording.object, ADVICE)
 
 
 def _counted_times(recording: Recording, count: Count | None) -> np.ndarray:
