@@ -185,7 +185,8 @@ def explain_offset(
     return (
         f"in the object's own frame the poses lie {_length(length)} from {reference.what}, the same "
         f"way in every image to within {_length(spread)}, as with {whose}; if so, "
-        f"give --offset={option}"
+        f"give --offset={option}; otherwise this is the tracker's own error: do not remove it with "
+        "the truth"
     )
 
 
