@@ -347,7 +347,11 @@ def test_camera_poses_need_a_camera(tmp_path, run):
 def test_wrong_calls_are_refused(tmp_path, run, source, before):
     poses = tum(tmp_path / "x.txt", before.ground_truth.times, truth_of(before))
     assert run(source, poses, "--offset", "1,2")[0] == 2
+    assert run(source, poses, "--offset", "nan,0,0")[0] == 2
     assert run(source, poses, "--scale", "0")[0] == 2
+    for wrong in ("nan", "inf"):
+        code, _, err, _ = run(source, poses, "--latency", wrong)
+        assert (code, f"'--latency': expected a finite number, got {wrong}" in err) == (2, True)
     assert run(source, poses, "--frame", "hand")[0] == 2
     code, _, err, _ = run(source, poses, "--out", source)
     assert (code, "must be another file than the recording" in err) == (1, True)

@@ -3,13 +3,14 @@
 
 from __future__ import annotations
 
+import math
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from .options import positive_or_none
+from .options import finite, positive_or_none
 
 
 class FrameName(StrEnum):
@@ -44,7 +45,8 @@ def attach_vision(
         ),
     ] = None,
     latency: Annotated[
-        float, typer.Option(help="How long after its image a pose is stamped [s].")
+        float,
+        typer.Option(callback=finite, help="How long after its image a pose is stamped [s]."),
     ] = 0.0,
     frame: Annotated[
         FrameName | None,
@@ -112,7 +114,7 @@ def _offset(text: str | None, recording: Path) -> tuple[float, ...]:
         numbers = tuple(float(word) for word in text.split(","))
     except ValueError:
         numbers = ()
-    if len(numbers) != 3:
+    if len(numbers) != 3 or not all(map(math.isfinite, numbers)):
         raise typer.BadParameter(
             f"expected x,y,z [m], 'file' or 'center', got {text!r}", param_hint="--offset"
         )

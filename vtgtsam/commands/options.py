@@ -21,6 +21,13 @@ def positive_or_none(value: float | None) -> float | None:
     return None if value is None else _positive(value)
 
 
+def finite(value: float) -> float:
+    """The value, refused where it is infinite or no number."""
+    if not math.isfinite(value):
+        raise typer.BadParameter(f"expected a finite number, got {value}")
+    return value
+
+
 Mesh = Annotated[Path, typer.Argument(help="Mesh file (OBJ, PLY, STL, ...).")]
 Scale = Annotated[
     float,
