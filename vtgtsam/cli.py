@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: MIT
 """The command line: ``vtgtsam evaluate``, ``vtgtsam inspect``, ...
 
-Exit codes: 0 done; 1 an error that is to be expected, in one line on stderr; 2 wrong usage; 3 finished,
-but some sequences failed. Any other error is a mistake of this program and shows its traceback.
+Exit codes: 0 done; 1 an error that is to be expected, in one line on stderr, or ``inspect`` found a
+problem; 2 wrong usage; 3 finished, but some sequences failed. Any other error is a mistake of this program
+and shows its traceback.
 """
 
 from __future__ import annotations

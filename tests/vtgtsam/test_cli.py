@@ -196,6 +196,18 @@ def test_inspect_says_what_is_in_each_recording_of_a_folder(run, tmp_path):
     assert "frames for the estimator: 4" in out
 
 
+def test_inspect_exits_with_1_where_any_recording_has_a_problem(run, tmp_path):
+    write_grasp(tmp_path / "a.mcap", frames=4, hand="", object_scale="x")
+    write_grasp(tmp_path / "b.mcap", frames=4, truth=False)
+    code, out, err = run("inspect", tmp_path)
+    assert (code, err) == (1, "")
+    assert out.count("  problem: ") == 1
+    assert out.count("/vision/object_pose") == 2
+    code, out, _ = run("inspect", tmp_path / "b.mcap")
+    assert code == 0
+    assert "note: no true poses" in out
+
+
 def test_a_hand_given_on_the_command_line_replaces_the_recordings(run, tmp_path):
     (tmp_path / "hand.xml").write_text(HAND_XML.replace("pad_xp", "pad_zz"))
     recording = write_grasp(tmp_path / "0.mcap", frames=4)

@@ -10,6 +10,8 @@ import typer
 
 from .options import Hand, Object, Topics
 
+HAS_PROBLEMS = 1
+
 
 def inspect(
     path: Annotated[
@@ -19,10 +21,18 @@ def inspect(
     hand: Hand = None,
     object: Object = None,
 ) -> None:
-    """Say what is in a recording: streams, rates, gaps, the object's size, problems."""
+    """Say what is in a recording: streams, rates, gaps, the object's size, problems.
+
+    The exit code is 1 where there is a problem; warnings and notes are none.
+    """
     from ..evaluation.find import find_recordings
     from ..recording.inspect import inspect_recording
 
+    sound = True
     for recording in find_recordings([path]).values():
-        for line in inspect_recording(recording, hand, topics, object).lines():
+        found = inspect_recording(recording, hand, topics, object)
+        sound &= not found.problems
+        for line in found.lines():
             typer.echo(line)
+    if not sound:
+        raise typer.Exit(HAS_PROBLEMS)
