@@ -149,7 +149,8 @@ def inspect_recording(
         streams=streams,
         object=use.object,
         frames=use.frames,
-        problems=use.problems + [p for stream in streams for p in _stream_problems(stream)],
+        problems=use.problems
+        + [p for stream in streams for p in _stream_problems(stream, use.vision_topic)],
         warnings=use.warnings,
         notes=use.notes,
     )
@@ -180,8 +181,10 @@ def _summary(topic: str, msgtype: str, stamps: list[int], size: int) -> StreamSu
     )
 
 
-def _stream_problems(stream: StreamSummary) -> Iterator[str]:
-    if stream.topic not in ON_CHANGE and stream.longest_gap > GAP_PERIODS * stream.period:
+def _stream_problems(stream: StreamSummary, vision_topic: str | None) -> Iterator[str]:
+    # A visual tracker that has lost the object is silent, and a note says what comes of it.
+    may_pause = stream.topic in (*ON_CHANGE, vision_topic)
+    if not may_pause and stream.longest_gap > GAP_PERIODS * stream.period:
         yield (
             f"{stream.topic} pauses for {stream.longest_gap:.2f} s, "
             f"usually it comes every {stream.period * 1e3:.0f} ms"

@@ -35,6 +35,7 @@ class Use:
         problems: What keeps it from being evaluated, or would make the results wrong.
         warnings: What may be right but seldom is.
         notes: What is not wrong but worth knowing.
+        vision_topic: The visual poses' topic, None where the recording cannot be read.
     """
 
     object: str | None = None
@@ -42,6 +43,7 @@ class Use:
     problems: list[str] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
+    vision_topic: str | None = None
 
 
 def try_to_use(
@@ -57,6 +59,7 @@ def try_to_use(
     except (VtgtsamError, ValueError, OSError) as error:
         use.problems.append(str(error))
         return use
+    use.vision_topic = recording.topics.vision.topic
     use.notes += _notes(recording)
     refused = [*_use_object(recording, use), *_use_streams(recording, use)]
     problems = [sentence for sentence in recording.warnings if sentence not in use.warnings]
@@ -89,12 +92,20 @@ def _millimetres(extents: Sequence[float] | np.ndarray) -> str:
 
 def _use_streams(recording: Recording, use: Use) -> Iterator[str]:
     """Notes frames and contacts; yields why there are none."""
+    from ..evaluation.frames import evaluation_frames
+
     try:
         measurements = recording.measurements()
+        evaluated = len(evaluation_frames(recording))
     except (VtgtsamError, ValueError, OSError) as error:
         yield str(error)
         return
     use.frames = len(measurements)
+    if evaluated > use.frames:
+        use.notes.append(
+            f"evaluate has {evaluated} frames, for it goes on at the usual rate while the tracker is "
+            f"silent: {evaluated - use.frames} of them are without a visual pose"
+        )
     use.notes += _contact_notes(measurements, recording.hand.pad_names)
 
 

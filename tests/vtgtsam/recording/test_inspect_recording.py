@@ -2,10 +2,12 @@
 import gtsam
 import numpy as np
 import pytest
+from held_box import write_grasp
 from sequences import HAND_XML, JOINTS, PADS, pose, write_sequence
 
+from vtgtsam.evaluation.frames import evaluation_frames
 from vtgtsam.exceptions import RecordingError
-from vtgtsam.recording import RecordingWriter
+from vtgtsam.recording import RecordingWriter, read_recording
 from vtgtsam.recording.inspect import inspect_recording
 
 
@@ -45,6 +47,17 @@ def test_gaps_disorder_and_far_away_poses_are_problems(tmp_path):
     assert "no true poses" in notes
     assert "no camera pose" in notes
     assert "in contact in every frame: pad_left" in notes
+
+
+def test_a_silent_tracker_is_a_note_with_the_frames_that_evaluate_has(tmp_path):
+    path = write_grasp(tmp_path / "a.mcap", frames=40, silent=(10, 30))
+    found = inspect_recording(path)
+    assert found.frames == 20
+    assert found.problems == []
+    assert len(evaluation_frames(read_recording(path))) == 40
+    (note,) = (note for note in found.notes if "evaluate has" in note)
+    assert note.startswith("evaluate has 40 frames, for it goes on at the usual rate")
+    assert note.endswith("20 of them are without a visual pose")
 
 
 def test_what_keeps_it_from_being_evaluated_is_a_problem(tmp_path):
