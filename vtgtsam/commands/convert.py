@@ -19,12 +19,25 @@ def convert(
     topics: Topics = None,
     hand: Hand = None,
     object: Object = None,
+    force: Annotated[bool, typer.Option("--force", help="Replace a file that is there.")] = False,
 ) -> None:
     """Turn another robot's bag into a recording with hand and object inside."""
+    from ..exceptions import RecordingError
     from ..recording.convert import convert_bag
 
+    if out.exists() and not force:
+        raise RecordingError(f"{out} is there already; give another name, or --force to replace it")
     converted = convert_bag(bag, out, topics=topics, hand=hand, object=object)
     for warning in converted.warnings:
         typer.echo(f"warning: {warning}", err=True)
-    counts = ", ".join(f"{count} {what}" for what, count in converted.counts.items())
+    counts = ", ".join(_counted(*item) for item in converted.counts.items())
     typer.echo(f"{out}: {counts}; look at it with: vtgtsam inspect {out}")
+
+
+def _counted(what: str, count: int) -> str:
+    """As "1 true pose"; the names are plural."""
+    if count == 1:
+        what = (
+            what.replace("poses", "pose").replace("states", "state").replace("contacts", "contact")
+        )
+    return f"{count} {what}"

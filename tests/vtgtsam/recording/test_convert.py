@@ -11,6 +11,7 @@ from sequences import HAND_XML, pose
 from test_foreign_bags import MAP, T_WC, WRITERS, Bag, store
 
 from vtgtsam import cli, evaluate, read_recording
+from vtgtsam.commands.convert import _counted
 from vtgtsam.exceptions import RecordingError
 from vtgtsam.recording.convert import convert_bag
 
@@ -43,6 +44,26 @@ def test_a_converted_bag_says_what_the_bag_said_through_the_map(tmp_path, topic_
     assert after.camera_pose.equals(T_WC, 1e-9)
     assert after.truth_at([0.25])[0].x() == pytest.approx(0.25)
     assert after.warnings == []
+
+
+@pytest.mark.parametrize(("force", "code"), [([], 1), (["--force"], 0)])
+def test_a_file_that_is_there_is_replaced_only_by_force(
+    tmp_path, topic_map, monkeypatch, capsys, force, code
+):
+    bag, out = WRITERS["rosbag2 sqlite3"](tmp_path / "bag"), tmp_path / "out.mcap"
+    out.write_bytes(b"mine")
+    arguments = ["convert", str(bag), "--topics", str(topic_map), "--out", str(out), *force]
+    monkeypatch.setattr(sys, "argv", ["vtgtsam", *arguments])
+    with pytest.raises(SystemExit) as stopped:
+        cli.main()
+    assert (stopped.value.code or 0) == code
+    assert (out.read_bytes() == b"mine") == (not force)
+    assert force or "is there already; give another name, or --force" in capsys.readouterr().err
+
+
+def test_one_message_is_not_called_many():
+    assert _counted("true poses", 1) == "1 true pose"
+    assert _counted("poses of the hand", 2) == "2 poses of the hand"
 
 
 def test_the_command_says_what_it_wrote_and_the_result_is_evaluated(
