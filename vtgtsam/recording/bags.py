@@ -104,8 +104,8 @@ class RosBag:
         why = f"{self.path} is not a readable ROS bag: {error}"
         if "malformed" in str(error) or "not a database" in str(error):  # SQLite's words
             why += (
-                "; a copy that was cut off is best copied again, of a recording that was cut off "
-                "`sqlite3 BAG.db3 .recover | sqlite3 RESCUED.db3` may save a part"
+                "; if it is a copy that was cut off, copy it again; ROS bags in MCAP can be read even "
+                "where they are cut off"
             )
         return why
 

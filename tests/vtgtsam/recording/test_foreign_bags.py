@@ -190,7 +190,7 @@ def test_a_damaged_sqlite_bag_says_so(tmp_path, topic_map):
         recording = read_recording(path, topics=topic_map)
     except RecordingError as error:
         assert "\n" not in str(error) and str(path) in str(error)
-        assert "is best copied again" in str(error)
+        assert "copy it again; ROS bags in MCAP" in str(error)
     else:
         assert any("is damaged" in warning for warning in recording.warnings)
 
