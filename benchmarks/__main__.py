@@ -55,6 +55,18 @@ def scaling(
 
 
 @app.command()
+def honesty(
+    recordings: Annotated[
+        Path, typer.Argument(help="Folder of recordings with truth.", exists=True)
+    ],
+) -> None:
+    """Whether poses are as uncertain as their covariances say, the tracker's and the estimator's."""
+    from .honesty import run
+
+    run(recordings)
+
+
+@app.command()
 def claims(
     results: Annotated[list[str], typer.Argument(help="NAME=FOLDER of an evaluation, each.")],
 ) -> None:
