@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: MIT
 """The least work a frame needs, what each part of it costs, and the frame as a multiple of that.
 
-The least is taken to be: GTSAM's optimiser over the frame's factors, with callbacks that only hand out what they
-computed the first time, and one exact distance and gradient a pad at every pose the optimiser asks for, as if the
-closest points were known beforehand.
+The least is taken to be the same frame solved a second time: the search then knows the closest points of every pose
+that the solver asks for and has only to evaluate them, everything is in the processor's cache, and what remains is the
+solver's arithmetic and what goes in and out.
 """
 
 from __future__ import annotations
@@ -17,28 +17,24 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
-from unittest import mock
 
-import gtsam
 import numpy as np
 
-from vtgtsam.factors.checked import checked_factor
-from vtgtsam.factors.penetration import penetration_residual
-from vtgtsam.factors.tactile import tactile_residual
+from vtgtsam.conclusion import conclude
 from vtgtsam.frame import check
-from vtgtsam.graph import OBJECT, GraphBuilder, as_graph
-from vtgtsam.sdf.closest import ClosestPoints, PadContacts
-from vtgtsam.solver import solve
+from vtgtsam.solvers import steps
 
 from . import problems
 from .clock import pin
 from .ours import Ours
 from .problem import Problem
+from .replay import Replay
 from .report import save, table
 
 COUNTED = 10  # frames run uncompiled
-TIMED = 200  # calls of each part
+REPEATED = 20  # calls of each part
 CASES = (("unrelated frames", False), ("tracked", True))
+ENGINES = ("compiled", "gtsam")
 
 
 def run(frames: int = 100) -> None:
@@ -46,26 +42,26 @@ def run(frames: int = 100) -> None:
     pin()
     text, data = [], {}
     for title, tracked in CASES:
-        make = problems.sequence if tracked else problems.single_frames
-        problem = make(frames)
+        problem = (problems.sequence if tracked else problems.single_frames)(frames)
         for solver in ("lm", "fixed-damping"):
-            found = {
-                "counts": counts(problem, solver, tracked),
-                "us": costs(problem, solver, tracked),
-            }
-            data[f"{title}, {solver}"] = found
-            text += [f"## Standard problem, {title}, {solver}", "", table(rows(**found)), ""]
-            text += [summary(problem, **found), ""]
+            counted = {engine: counts(problem, solver, engine, tracked) for engine in ENGINES}
+            us = costs(problem, solver, tracked)
+            data[f"{title}, {solver}"] = {"counts": counted, "us": us}
+            text += [f"## Standard problem, {title}, {solver}", "", table(rows(us)), ""]
+            text += [summary(problem, us, **counted), ""]
     save("floor", "\n".join(text).rstrip(), data, {})
 
 
-def counts(problem: Problem, solver: str, tracked: bool) -> dict[str, float]:
+def counts(problem: Problem, solver: str, engine: str, tracked: bool) -> dict[str, float]:
     """What a frame does (see ``counts``), from a process in which nothing is compiled."""
     with tempfile.TemporaryDirectory() as folder:
-        path = f"{folder}/problem.npz"
-        problem.save(path)
+        problem.save(f"{folder}/problem.npz")
+        field = Ours(problem, solver).estimator.obj.sdf
+        ((reach, planes),) = field._minorants.items()
+        np.savez(f"{folder}/field.npz", reach=reach, planes=planes, lipschitz=field.lipschitz)
+        arguments = [folder, solver, engine, str(tracked), str(COUNTED)]
         answer = subprocess.run(
-            [sys.executable, "-m", "benchmarks.counts", path, solver, str(tracked), str(COUNTED)],
+            [sys.executable, "-W", "ignore", "-m", "benchmarks.counts", *arguments],
             cwd=Path(__file__).resolve().parents[1],
             env=os.environ | {"NUMBA_DISABLE_JIT": "1"},
             capture_output=True,
@@ -76,134 +72,82 @@ def counts(problem: Problem, solver: str, tracked: bool) -> dict[str, float]:
 
 
 def costs(problem: Problem, solver: str, tracked: bool) -> dict[str, float]:
-    """Median running times [us] of a frame and its parts, see ``rows``."""
-    ours = Ours(problem, solver)
-    frame, solving = _frame_and_solving(ours, problem, tracked)
-    middle = problem.frames // 2
-    start = gtsam.Pose3(problem.T_start[middle])
-    replay = Replay(ours, middle, start)
-    points = np.ascontiguousarray(problem.points_p)
-    sdf = ours.estimator.obj.sdf
+    """Median running times [us] over frames: of the whole and of its parts, see ``rows``."""
+    compiled, by_gtsam = Ours(problem, solver), Ours(problem, solver, engine="gtsam")
+    start, found = problem.T_start[0], []
+    for frame in range(problem.frames):
+        T_start = start if tracked else problem.T_start[frame]
+        whole = compiled.solve(frame, T_start[None])
+        slow = by_gtsam.solve(frame, T_start[None])
+        start = whole.T_wo[0]
+        wholes = {"frame": 1e6 * whole.time.cpu, "frame by GTSAM": 1e6 * slow.time.cpu}
+        found.append(wholes | parts(compiled, frame, T_start))
+    return {name: float(np.median([each[name] for each in found])) for name in found[0]}
+
+
+def parts(ours: Ours, frame: int, T_start: np.ndarray) -> dict[str, float]:
+    """Running times of one frame's parts, each called again and again [us]."""
+    estimator, measurement = ours.estimator, ours.measurements[frame]
+    objective, config = estimator._objective, estimator.config
+    T_start = np.asfortranarray(T_start)
+    checked = check(measurement, estimator.hand)
+    objective.place(checked)
+    solution = steps.solve(objective, T_start, config)
     return {
-        "frame": frame,
-        "solving": solving,
-        "optimiser": _median_us(replay.solve),
-        "search that knows": _median_us(lambda: replay.closest.everywhere(start)),
-        "plain distance": _median_us(lambda: sdf.value(points)) / len(points),
+        "checking": median_us(lambda: check(measurement, estimator.hand)),
+        "placing": median_us(lambda: objective.place(checked)),
+        "solving again": median_us(lambda: steps.solve(objective, T_start, config)),
+        "concluding": median_us(lambda: conclude(objective, solution.T_wo)),
+        "GTSAM's optimiser": median_us(Replay(objective, checked, T_start, config).solve),
     }
 
 
-def _frame_and_solving(ours: Ours, problem: Problem, tracked: bool) -> tuple[float, float]:
-    """Median running times [us] of a whole frame and of ``solve`` within it."""
-    inside: list[float] = []
-
-    def timed_solve(*arguments: Any) -> Any:
-        begin = time.thread_time()
-        solution = solve(*arguments)
-        inside.append(time.thread_time() - begin)
-        return solution
-
-    T_wo, frames = problem.T_start[0], []
-    with mock.patch("vtgtsam.estimator.solve", timed_solve):
-        for frame in range(problem.frames):
-            solved = ours.solve(frame, (T_wo if tracked else problem.T_start[frame])[None])
-            T_wo = solved.T_wo[0]
-            frames.append(solved.time.cpu)
-    return 1e6 * float(np.median(frames)), 1e6 * float(np.median(inside))
-
-
-class Replay:
-    """A frame's optimisation with callbacks that hand out what they computed once, in the same order."""
-
-    def __init__(self, ours: Ours, frame: int, start: gtsam.Pose3) -> None:
-        hand, self._config, self._start = ours.estimator.hand, ours.estimator.config, start
-        checked = check(ours.measurements[frame], hand)
-        self.closest = ClosestPoints(hand, ours.estimator.obj.sdf)
-        self.closest.place(checked.T_wp, checked.touching)
-        self._factors = GraphBuilder(self.closest, len(hand), self._config).build(checked)
-
-        def tactile(at: PadContacts) -> Any:
-            touching = np.flatnonzero(checked.touching)
-            return tactile_residual(at.distances, at.jacobians, touching)
-
-        def penetration(at: PadContacts) -> Any:
-            return penetration_residual(at.distances, at.jacobians)
-
-        self._answers: list[tuple[np.ndarray, np.ndarray]] = []
-        self._next = 0
-        kinds = (tactile, penetration)[-len(self._factors.hand) :]
-        self._optimise([self._recording(kind) for kind in kinds])
-
-    def solve(self) -> None:
-        """Optimise once more."""
-        self._next = 0
-        self._optimise([self._replaying] * len(self._factors.hand))
-
-    def _optimise(self, errors: list[Any]) -> None:
-        hand = [
-            checked_factor(factor.noiseModel(), [OBJECT], error)
-            for factor, error in zip(self._factors.hand, errors, strict=True)
-        ]
-        graph = as_graph((self._factors.visual, *hand))
-        solve(graph, OBJECT, self._start, self._config)
-
-    def _recording(self, kind: Callable[[PadContacts], Any]) -> Any:
-        def error(factor: Any, values: gtsam.Values, jacobians: list[Any] | None) -> np.ndarray:
-            self._answers.append(kind(self.closest.at(values.atPose3(OBJECT))))
-            return self._give(self._answers[-1], jacobians)
-
-        return error
-
-    def _replaying(self, factor: Any, values: Any, jacobians: list[Any] | None) -> np.ndarray:
-        self._next += 1
-        return self._give(self._answers[self._next - 1], jacobians)
-
-    @staticmethod
-    def _give(answer: Any, jacobians: list[Any] | None) -> np.ndarray:
-        if jacobians is not None:
-            jacobians[0] = answer[1]
-        return answer[0]
-
-
-def _median_us(call: Callable[[], Any]) -> float:
-    call()
+def median_us(call: Callable[[], Any]) -> float:
+    """Median running time of a call [us]."""
     taken = []
-    for _ in range(TIMED):
-        begin = time.thread_time()
+    for _ in range(REPEATED):
+        begin = time.perf_counter()
         call()
-        taken.append(time.thread_time() - begin)
+        taken.append(time.perf_counter() - begin)
     return 1e6 * float(np.median(taken))
 
 
-def rows(counts: dict[str, float], us: dict[str, float]) -> list[dict[str, Any]]:
+def least(us: dict[str, float]) -> float:
+    """The least a frame needs [us]."""
+    return us["checking"] + us["placing"] + us["solving again"] + us["concluding"]
+
+
+def rows(us: dict[str, float]) -> list[dict[str, Any]]:
     """The table of one case."""
-    known = counts["search"] * us["search that knows"]
-    least = us["optimiser"] + known
     return [
-        _part("the optimiser and its calls back, nothing to compute", 1, us["optimiser"]),
-        _part(
-            "closest points, were they known, at each pose",
-            counts["search"],
-            us["search that knows"],
-        ),
-        _part("= the least", 1, least),
-        _part("looking for the closest points", 1, us["solving"] - least),
-        _part("checks, graph, covariance, status", 1, us["frame"] - us["solving"]),
-        _part("= a frame", 1, us["frame"]),
+        {"part": "checking the measurement", "time [us]": us["checking"]},
+        {"part": "placing pads and visual pose", "time [us]": us["placing"]},
+        {"part": "solving, closest points known", "time [us]": us["solving again"]},
+        {"part": "covariance, pads, status", "time [us]": us["concluding"]},
+        {"part": "= the least", "time [us]": least(us)},
+        {
+            "part": "looking for the closest points, caches, calls",
+            "time [us]": us["frame"] - least(us),
+        },
+        {"part": "= a frame", "time [us]": us["frame"]},
+        {"part": "GTSAM's optimiser, nothing to compute", "time [us]": us["GTSAM's optimiser"]},
+        {"part": "a frame with GTSAM's optimiser", "time [us]": us["frame by GTSAM"]},
     ]
 
 
-def _part(name: str, count: float, each: float) -> dict[str, Any]:
-    return {"part": name, "a frame": round(count), "each [us]": each, "together [us]": count * each}
-
-
-def summary(problem: Problem, counts: dict[str, float], us: dict[str, float]) -> str:
+def summary(
+    problem: Problem, us: dict[str, float], compiled: dict[str, float], gtsam: dict[str, float]
+) -> str:
     """The case in words."""
-    floor = us["optimiser"] + counts["search"] * us["search that knows"]
-    plain = counts["search"] * len(problem.points_p)
+    from vtgtsam.sdf.tiles import TILE
+
+    plain = compiled["searches"] * len(problem.points_p)
+    quick = TILE * compiled["tiles looked at"]
     return (
-        f"A frame is {us['frame'] / floor:.2g} times the least. It looks at {counts['quick']:.0f} distances in single "
-        f"precision and {counts['exact']:.0f} in double, where the plain search takes {plain:.0f} in double "
-        f"({plain * us['plain distance'] / 1e3:.2g} ms). It touches {counts['kilobytes']:.0f} kB of the grid and calls "
-        f"GTSAM {counts['gtsam']:.0f} times, which calls back {counts['callback']:.0f} times."
+        f"A frame is {us['frame'] / least(us):.2g} times the least. It searches at {compiled['searches']:.0f} poses, "
+        f"bounds all tiles of a pad {compiled['bounds']:.0f} times, looks at {quick:.0f} distances in single precision "
+        f"and {compiled['exact distances']:.0f} in double, where the plain search takes {plain:.0f}. It reads "
+        f"{compiled['grid [kB]']:.0f} kB of the grid and {compiled['planes [kB]']:.0f} kB of linear functions below, "
+        f"and calls GTSAM {compiled['GTSAM calls']:.0f} times, for poses. With GTSAM's optimiser it calls GTSAM "
+        f"{gtsam['GTSAM calls']:.0f} times, which calls back {gtsam['callbacks']:.0f} times."
     )

@@ -2,8 +2,8 @@
 """Whether poses are as uncertain as their covariances say: the tracker's and the estimator's.
 
 For a pose with error e (a twist, six numbers) and covariance S, e^T S^-1 e / 6 is 1 on average if the covariance is
-right (NEES, normalised estimation error squared), more if it is too sure of itself, less if it is too careful. A turn that the
-object's symmetry hides counts as an error too; the covariance of such a turn is large.
+right (NEES, normalised estimation error squared), more if it is too sure of itself, less if it is too careful. A turn
+that the object's symmetry hides counts as an error too; the covariance of such a turn is large.
 """
 
 from __future__ import annotations

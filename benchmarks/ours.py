@@ -10,8 +10,8 @@ import numpy as np
 
 from vtgtsam import EstimatorConfig, GridSdf, Measurement, ObjectModel, Pad, PadSet, PoseEstimator
 from vtgtsam.frame import check
-from vtgtsam.graph import OBJECT, GraphBuilder
-from vtgtsam.sdf.closest import ClosestPoints
+from vtgtsam.objective import cost, linearize
+from vtgtsam.solvers.graph import OBJECT, GraphBuilder
 
 from .clock import timed
 from .problem import Problem
@@ -25,16 +25,23 @@ class Ours:
         problem: The problem.
         solver: "lm" or "fixed-damping".
         obj: The problem's object; made from its grid where not given.
+        engine: "compiled" or "gtsam".
     """
 
     def __init__(
-        self, problem: Problem, solver: str = "lm", obj: ObjectModel | None = None
+        self,
+        problem: Problem,
+        solver: str = "lm",
+        obj: ObjectModel | None = None,
+        engine: str = "compiled",
     ) -> None:
-        self.name = f"vtgtsam {solver}"
+        self.name = f"vtgtsam {solver}" + (", GTSAM's optimiser" if engine == "gtsam" else "")
         if obj is None:
             field = GridSdf(problem.values, problem.lower, problem.upper)
             obj = ObjectModel("object", field)
-        self.estimator = PoseEstimator(pad_set(problem), obj, config(problem, solver=solver))
+        self.estimator = PoseEstimator(
+            pad_set(problem), obj, config(problem, solver=solver, engine=engine)
+        )
         self.measurements = measurements(problem)
 
     def solve(self, frame: int, T_start: np.ndarray, batch: int = 1) -> Solved:
@@ -46,19 +53,17 @@ class Ours:
         return Solved(estimate.T_wo.matrix()[None], time)
 
     def linearise(self, frame: int, T_wo: np.ndarray) -> Linearised:
-        """The frame's objective at T_wo (4, 4), from the factors the estimator makes."""
-        graph = self._graph(frame)
-        values = gtsam.Values()
-        values.insert(OBJECT, gtsam.Pose3(T_wo))
-        information, gradient = graph.linearize(values).hessian()
-        return Linearised(graph.error(values), information, gradient)
-
-    def _graph(self, frame: int) -> gtsam.NonlinearFactorGraph:
-        hand, sdf = self.estimator.hand, self.estimator.obj.sdf
-        checked = check(self.measurements[frame], hand)
-        closest = ClosestPoints(hand, sdf)
-        closest.place(checked.T_wp, checked.touching)
-        return GraphBuilder(closest, len(hand), self.estimator.config).build(checked).graph
+        """The frame's objective at T_wo (4, 4), as the estimator's engine has it."""
+        objective, settings = self.estimator._objective, self.estimator.config
+        checked = check(self.measurements[frame], self.estimator.hand)
+        objective.place(checked)
+        if settings.engine == "gtsam":
+            graph, values = GraphBuilder(objective.hand, settings).build(checked), gtsam.Values()
+            values.insert(OBJECT, gtsam.Pose3(T_wo))
+            return Linearised(graph.error(values), *graph.linearize(values).hessian())
+        information, gradient = np.empty((6, 6)), np.empty(6)
+        linearize(T_wo, *objective.tables, information, gradient)
+        return Linearised(cost(T_wo, *objective.tables), information, gradient)
 
     def close(self) -> None:
         """Nothing to let go of."""

@@ -54,6 +54,11 @@ class EstimatorConfig(BaseModel):
     w_tac: Positive = Field(1.0, description="weight of each touching pad's distance [1/m^2]")
     w_pen: Positive = Field(1.0, description="weight of each pad's penetration [1/m^2]")
     recover: bool = Field(False, description="whether a lost estimate starts again from vision")
+    engine: Literal["compiled", "gtsam"] = Field(
+        "compiled",
+        description="who takes the solver's steps: compiled code, or GTSAM's optimiser over the factor graph; "
+        "the poses are the same, the first is several times faster",
+    )
 
     @classmethod
     def simulation(cls, **overrides: Any) -> EstimatorConfig:

@@ -16,19 +16,17 @@ import math
 import gtsam
 import numpy as np
 
+from .conclusion import conclude
 from .config import EstimatorConfig
 from .covariance import covariance_of
 from .diagnosis import diagnose
 from .estimate import Estimate, Status
-from .factors.noise import welsch_weight_of_loss
-from .factors.tactile import tactile_weights
 from .frame import Frame, check, require_pose
-from .graph import OBJECT, FrameGraph, GraphBuilder
 from .measurement import Measurement
+from .objective import Objective
 from .objects import ObjectModel
 from .pads import PadSet
-from .sdf.closest import ClosestPoints, PadContacts
-from .solver import Solution, solve
+from .solvers import Solution, new_solver
 
 logger = logging.getLogger(__name__)
 
@@ -51,8 +49,8 @@ class PoseEstimator:
         self.hand = hand
         self.obj = obj
         self.config = EstimatorConfig.tuned() if config is None else config
-        self._closest = ClosestPoints(hand, obj.sdf)
-        self._graphs = GraphBuilder(self._closest, len(hand), self.config)
+        self._objective = Objective(hand, obj, self.config)
+        self._solve = new_solver(self._objective, self.config)
         self._T_wo: gtsam.Pose3 | None = None
         self._warm_up()
 
@@ -79,12 +77,11 @@ class PoseEstimator:
         start = frame.T_wo_visual if self._T_wo is None else self._T_wo
         if start is None:
             return self._without_solving(frame, "waiting")
-        self._closest.place(frame.T_wp, frame.touching)
-        estimate = (
-            self._as_seen(frame, start)
-            if self.config.method == "vis"
-            else self._fused(frame, start)
-        )
+        self._objective.place(frame)
+        if self.config.method == "vis":
+            estimate = self._as_seen(frame, start)
+        else:
+            estimate = self._fused(frame, start)
         self._T_wo = estimate.T_wo
         return estimate
 
@@ -93,59 +90,45 @@ class PoseEstimator:
         count = len(self.hand)
         T_wp = np.tile(np.eye(4), (count, 1, 1))
         touching = np.ones(count, dtype=bool)
-        self.update(Measurement(0.0, touching, T_wp=T_wp, T_wo_visual=gtsam.Pose3()))
+        measurement = Measurement(
+            0.0, touching, T_wp=T_wp, T_wo_visual=gtsam.Pose3(), visual_sigma=(1.0, 1.0)
+        )
+        self.update(measurement)
         self.reset()
 
     def _fused(self, frame: Frame, start: gtsam.Pose3) -> Estimate:
-        factors = self._graphs.build(frame)
-        estimate = self._solved(frame, factors, start)
+        estimate = self._solved(frame, start)
         if estimate.status == "lost" and self.config.recover and frame.T_wo_visual is not None:
             logger.info("t = %s: lost, starting again from vision", frame.time)
-            estimate = self._solved(frame, factors, frame.T_wo_visual)
+            estimate = self._solved(frame, frame.T_wo_visual)
         return estimate
 
-    def _solved(self, frame: Frame, factors: FrameGraph, start: gtsam.Pose3) -> Estimate:
-        solution = solve(factors.graph, OBJECT, start, self.config)
-        return self._estimate(frame, factors, start, solution)
+    def _solved(self, frame: Frame, start: gtsam.Pose3) -> Estimate:
+        T_start = start.matrix()
+        solution = self._solve(frame, T_start)
+        return self._estimate(frame, gtsam.Pose3(solution.T_wo), T_start, solution)
 
     def _as_seen(self, frame: Frame, start: gtsam.Pose3) -> Estimate:
         """Method ``vis``: the visual pose as it is, the last one where there is none this frame."""
         T_wo = start if frame.T_wo_visual is None else frame.T_wo_visual
-        values = gtsam.Values()
-        values.insert(OBJECT, T_wo)
-        solution = Solution(T_wo, values, 0, 0.0)
-        return self._estimate(frame, self._graphs.build(frame), T_wo, solution)
+        solution = Solution(T_wo.matrix(), 0, 0.0)
+        return self._estimate(frame, T_wo, solution.T_wo, solution)
 
     def _estimate(
-        self, frame: Frame, factors: FrameGraph, start: gtsam.Pose3, solution: Solution
+        self, frame: Frame, T_wo: gtsam.Pose3, T_start: np.ndarray, solution: Solution
     ) -> Estimate:
-        visual_weight = self._visual_weight(factors, solution)
-        verdict = diagnose(factors, start, solution, visual_weight)
-        contacts = self._closest.everywhere(solution.T_wo)
+        known = conclude(self._objective, solution.T_wo)
         return Estimate(
             time=frame.time,
-            T_wo=solution.T_wo,
-            covariance=covariance_of(verdict.information),
-            status=verdict.status,
+            T_wo=T_wo,
+            covariance=known.covariance,
+            status=diagnose(known, T_start, solution, seen=frame.T_wo_visual is not None),
             iterations=solution.iterations,
             error=solution.error,
-            visual_weight=visual_weight,
-            pad_distances=contacts.distances,
-            pad_weights=self._pad_weights(contacts),
-            contact_points_w=self._closest.points_w(contacts),
-        )
-
-    def _visual_weight(self, factors: FrameGraph, solution: Solution) -> float:
-        if factors.visual is None:
-            return 0.0
-        loss = factors.visual.error(solution.values)
-        return welsch_weight_of_loss(loss, self.config.log_theta_vis)
-
-    def _pad_weights(self, contacts: PadContacts) -> np.ndarray:
-        if self.config.method != "vis+tac+pen":
-            return np.zeros(len(self.hand))
-        return tactile_weights(  # type: ignore[no-any-return]
-            contacts.distances, contacts.touching, self.config.w_tac, self.config.log_theta_tac
+            visual_weight=known.visual_weight,
+            pad_distances=known.pad_distances,
+            pad_weights=known.pad_weights,
+            contact_points_w=known.contact_points_w,
         )
 
     def _without_solving(self, frame: Frame, status: Status) -> Estimate:

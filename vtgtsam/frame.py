@@ -18,6 +18,7 @@ from .measurement import Measurement
 from .pads import PadSet
 
 _ORTHONORMAL = 1e-4  # largest deviation of R'R from I that still counts as rounding
+_SYMMETRIC = 1e-6  # largest relative difference of two entries that should be equal
 _POSE, _NO_POSE, _NOT_FINITE = 0, 1, 2
 
 
@@ -30,7 +31,9 @@ class Frame:
         touching: Which pads report contact, bool, shape (K,).
         T_wp: Pad poses in the world, shape (K, 4, 4).
         T_wo_visual: The visual pose, or None.
+        visual_matrix: The same as a matrix, shape (4, 4), or None.
         visual_covariance: Its covariance, shape (6, 6), or None where the configured weight counts.
+        visual_whitening: R with R'R the inverse of that covariance, shape (6, 6), or None.
         invalid: What is not finite, in words; empty where all is well.
     """
 
@@ -38,7 +41,9 @@ class Frame:
     touching: np.ndarray
     T_wp: np.ndarray
     T_wo_visual: gtsam.Pose3 | None
+    visual_matrix: np.ndarray | None
     visual_covariance: np.ndarray | None
+    visual_whitening: np.ndarray | None
     invalid: str
 
 
@@ -54,10 +59,11 @@ def check(measurement: Measurement, hand: PadSet, use_visual_covariance: bool = 
         ValueError: Something has the wrong shape or names, or is missing. What is merely not finite is a matter
             of one frame, not of the program: it is named in ``Frame.invalid``.
     """
-    visual, covariance = measurement.T_wo_visual, None
+    visual, matrix = measurement.T_wo_visual, None
     require_pose(measurement.T_wh, "T_wh")
     if visual is not None:
         require_pose(visual, "T_wo_visual")
+        matrix = visual.matrix()
     touching = contact_bits(measurement.contacts, hand.pad_names)
     invalid = []
     if not math.isfinite(measurement.time):
@@ -67,17 +73,34 @@ def check(measurement: Measurement, hand: PadSet, use_visual_covariance: bool = 
     except NotFiniteError:
         T_wp = np.full((len(hand), 4, 4), np.nan)
         invalid.append("joints, T_wh or T_wp")
-    if visual is not None and _fault(visual.matrix()) != _POSE:
+    if matrix is not None and _fault(matrix) != _POSE:
         invalid.append("T_wo_visual")
+    covariance, name = _visual_covariance(measurement, use_visual_covariance)
+    whitening = None if covariance is None else np.zeros((6, 6))
+    if whitening is not None and not _whiten(covariance, whitening):
+        invalid.append(name)
+    return Frame(
+        measurement.time,
+        touching,
+        T_wp,
+        visual,
+        matrix,
+        covariance,
+        whitening,
+        ", ".join(invalid),
+    )
+
+
+def _visual_covariance(measurement: Measurement, used: bool) -> tuple[np.ndarray | None, str]:
+    """The visual pose's own covariance in this frame, and the name of what gave it."""
     if measurement.visual_sigma is not None:
-        covariance = np.diag(np.repeat(np.square(measurement.visual_sigma), 3))
-        if not (np.isfinite(covariance).all() and min(measurement.visual_sigma) > 0):
-            invalid.append("visual_sigma")
-    elif measurement.visual_covariance is not None and use_visual_covariance:
+        sigmas = np.asarray(measurement.visual_sigma, dtype=np.float64)
+        sigmas = np.where(sigmas > 0, sigmas, np.nan)
+        return np.diag(np.repeat(np.square(sigmas), 3)), "visual_sigma"
+    if measurement.visual_covariance is not None and used:
         covariance = _shaped(measurement.visual_covariance, (6, 6), "visual_covariance")
-        if not _is_covariance(covariance):
-            invalid.append("visual_covariance")
-    return Frame(measurement.time, touching, T_wp, visual, covariance, ", ".join(invalid))
+        return covariance, "visual_covariance"
+    return None, ""
 
 
 def require_pose(value: object, name: str) -> None:
@@ -92,17 +115,38 @@ def require_pose(value: object, name: str) -> None:
 
 
 def _shaped(values: ArrayLike, shape: tuple[int, ...], name: str) -> np.ndarray:
-    array = np.array(values, dtype=np.float64)
+    array = np.array(values, dtype=np.float64, order="C")  # compiled code wants its own
     if array.shape != shape:
         raise ValueError(f"{name} must have shape {shape}, got {array.shape}")
     return array
 
 
-def _is_covariance(matrix: np.ndarray) -> bool:
-    """Whether a matrix is finite, symmetric up to rounding and positive definite."""
-    if not (np.isfinite(matrix).all() and np.allclose(matrix, matrix.T, rtol=1e-6, atol=0.0)):
-        return False
-    return bool(np.linalg.eigvalsh(matrix)[0] > 0.0)
+@compiled
+def _whiten(covariance: Any, whitening: Any) -> bool:
+    """R with R'R the inverse of a covariance (6, 6) into ``whitening``; whether there is one.
+
+    R is the inverse of the covariance's Cholesky factor. There is none where the matrix is not finite, not symmetric up
+    to rounding, or not positive definite.
+    """
+    size = len(covariance)
+    L = np.zeros((size, size))
+    for i in range(size):
+        for j in range(i + 1):
+            a, b = covariance[i, j], covariance[j, i]
+            if not abs(a - b) <= _SYMMETRIC * abs(b):  # also where one is not finite
+                return False
+            rest = a - (L[i, :j] * L[j, :j]).sum()
+            if i != j:
+                L[i, j] = rest / L[j, j]
+            elif 0.0 < rest < np.inf:
+                L[i, i] = np.sqrt(rest)
+            else:
+                return False
+    for i in range(size):
+        whitening[i, i] = 1.0 / L[i, i]
+        for j in range(i):
+            whitening[i, j] = -(L[i, j:i] * whitening[j:i, j]).sum() / L[i, i]
+    return True
 
 
 def contact_bits(contacts: ArrayLike | Mapping[str, bool], names: tuple[str, ...]) -> np.ndarray:

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: MIT
 import gc
+import weakref
 from dataclasses import replace
 
 import gtsam
@@ -18,11 +19,12 @@ from vtgtsam import (
     load_hand,
 )
 from vtgtsam.covariance import covariance_of
-from vtgtsam.factors.penetration import penetration_residual
-from vtgtsam.factors.tactile import tactile_residual, tactile_weights
-from vtgtsam.frame import _fault, _faults, check
-from vtgtsam.graph import OBJECT
+from vtgtsam.factors.hand import terms_at
+from vtgtsam.frame import _fault, _faults, _whiten, check
+from vtgtsam.objective import Objective, cost, linearize
+from vtgtsam.sdf.closest import ClosestPoints
 from vtgtsam.sdf.search import closest_on_pads, points_in_world
+from vtgtsam.solvers import steps
 
 CONFIGS = [
     EstimatorConfig.simulation(),
@@ -54,14 +56,12 @@ def test_five_fixed_damping_steps_are_the_independent_implementations(seed, conf
 @pytest.mark.parametrize("seed", range(5))
 def test_the_cost_and_its_linearization_are_the_independent_implementations(seed, config):
     pads, obj, measurement, start = frame(seed)
-    estimator = PoseEstimator(pads, obj, config)
-    estimator._closest.place(measurement.T_wp, measurement.contacts)
-    graph = estimator._graphs.build(check(measurement, pads)).graph
-    values = gtsam.Values()
-    values.insert(OBJECT, gtsam.Pose3(start))
+    objective = Objective(pads, obj, config)
+    objective.place(check(measurement, pads))
     problem = as_reference(pads, obj, measurement, config)
-    assert graph.error(values) == pytest.approx(problem.cost(start), rel=1e-9)
-    H, b = graph.linearize(values).hessian()
+    assert cost(start, *objective.tables) == pytest.approx(problem.cost(start), rel=1e-9)
+    H, b = np.empty((6, 6)), np.empty(6)
+    linearize(start, *objective.tables, H, b)
     expected_H, expected_b = problem.normal_equations(start)
     np.testing.assert_allclose(H, expected_H, atol=1e-8 * np.abs(expected_H).max())
     np.testing.assert_allclose(b, expected_b, atol=1e-8 * np.abs(expected_b).max())
@@ -82,7 +82,7 @@ def test_contacts_improve_on_a_wrong_visual_pose():
     """A lump touched from all sides, at the world's origin; vision is 3 mm and 3 degrees off."""
     pads, T_wp = pads_around(1, count=14)
     obj = ObjectModel("lump", lump_sdf(1, 64))
-    closest = PoseEstimator(pads, obj)._closest
+    closest = ClosestPoints(pads, obj.sdf)
     closest.place(T_wp)
     gaps = closest.at(gtsam.Pose3()).distances
     T_wp[:, :3, 3] += gaps[:, None] * T_wp[:, :3, 2]  # pads now touch, along their own normals
@@ -324,19 +324,23 @@ def test_method_vis_pen_does_not_feel_contacts():
     np.testing.assert_array_equal(poses[0].matrix(), poses[1].matrix())
 
 
-def test_nothing_holds_an_estimator_alive():
+@pytest.mark.parametrize("engine", ["compiled", "gtsam"])
+def test_nothing_holds_an_estimator_alive(engine):
     """A factor that kept its estimator in a cycle would leak a grid each time."""
     pads, obj, measurement, _ = frame(15)
     gc.collect()
     gc.disable()
     try:
-        estimator = PoseEstimator(pads, obj)
+        estimator = PoseEstimator(pads, obj, EstimatorConfig.tuned(engine=engine))
         estimator.update(measurement)
-        closest = estimator._closest
-        held = len(gc.get_referrers(closest))
+        objective = estimator._objective
+        held = len(gc.get_referrers(objective))
         for _ in range(20):
             estimator.update(measurement)
-        assert len(gc.get_referrers(closest)) == held
+        assert len(gc.get_referrers(objective)) == held
+        weak = weakref.ref(objective)
+        del objective, estimator
+        assert weak() is None
     finally:
         gc.enable()
 
@@ -367,19 +371,27 @@ def test_a_hand_with_kinematics_is_the_same_hand_with_given_pad_poses():
     assert broken.status == "invalid"
 
 
-@pytest.mark.parametrize("config", CONFIGS)
-def test_nothing_is_compiled_after_construction(config):
+@pytest.mark.parametrize("engine", ["compiled", "gtsam"])
+@pytest.mark.parametrize("solver", ["lm", "fixed-damping"])
+@pytest.mark.parametrize("method", ["vis", "vis+pen", "vis+tac+pen"])
+def test_nothing_is_compiled_after_construction(method, solver, engine):
     pads, obj, measurement, _ = frame(16)
-    functions = [closest_on_pads, points_in_world, covariance_of, tactile_residual]
-    functions += [tactile_weights, penetration_residual, _fault, _faults]
+    functions = [closest_on_pads, points_in_world, covariance_of, terms_at, cost, linearize]
+    functions += [steps.levenberg_marquardt, steps.fixed_damping, _fault, _faults, _whiten]
+    config = EstimatorConfig.tuned(method=method, solver=solver, engine=engine)
     estimator = PoseEstimator(pads, obj, config)
     compiled = [len(function.signatures) for function in functions]
     T_wp = np.asfortranarray(measurement.T_wp)
     T_wp.flags.writeable = False
-    nothing = np.zeros(8, bool)
+    nothing, covariance = np.zeros(8, bool), np.asfortranarray(np.diag([1.0, 2, 3, 4, 5, 6]))
+    far = gtsam.Pose3(gtsam.Rot3(), np.full(3, 9.0))
     estimator.update(replace(measurement, T_wo_visual=None))  # waiting
     estimator.update(replace(measurement, T_wp=T_wp))
+    estimator.update(replace(measurement, visual_covariance=covariance))
+    estimator.update(replace(measurement, visual_sigma=(0.1, 0.01)))
     estimator.update(replace(measurement, time=np.nan))  # invalid
     estimator.update(replace(measurement, T_wo_visual=None, contacts=nothing))
+    estimator.update(
+        replace(measurement, T_wo_visual=far, contacts=nothing)
+    )  # lost, and found again
     assert [len(function.signatures) for function in functions] == compiled
-    assert all(compiled)

@@ -1,15 +1,18 @@
 # SPDX-License-Identifier: MIT
-"""The one way this package makes a ``gtsam.CustomFactor``: checked, since GTSAM does not check.
+"""The only place where this package makes a ``gtsam.CustomFactor``: checked, since GTSAM does not check.
 
 GTSAM 4.3 calls the Python callback and trusts what it leaves behind. A Jacobian not set, one-dimensional or
 with too few rows ends the process with a segmentation fault; wrong columns, NaN in the residual and a zero
 sigma make the optimiser return its start without a word. Each of these raises a ``FactorError`` here.
+
+``checked_factor`` takes any callback and checks it at every call. ``filled_factor`` is for compiled code that fills
+the same arrays at every call: these are checked once.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
+from math import isfinite
 from typing import Any
 
 import gtsam
@@ -47,18 +50,65 @@ def checked_factor(
         raise FactorError(f"expected a dimension for each of {len(keys)} keys, got {len(columns)}")
     _check_sigmas(noise)
 
+    shape, shapes = (rows,), [(rows, count) for count in columns]
+    filled, empty = _Jacobians([None] * len(keys)), [None] * len(keys)
+
     def checked(
         factor: gtsam.CustomFactor, values: gtsam.Values, jacobians: list[np.ndarray] | None
     ) -> np.ndarray:
         if jacobians is None:
-            return _checked_residual(error(factor, values, None), rows)
-        filled = _Jacobians([None] * len(keys))
-        residual = _checked_residual(error(factor, values, filled), rows)
-        for index, jacobian in enumerate(list.__iter__(filled)):
-            jacobians[index] = _checked_jacobian(jacobian, rows, columns[index], index)
+            return _residual(error(factor, values, None), shape)
+        filled[:] = empty
+        residual = _residual(error(factor, values, filled), shape)
+        for index, expected in enumerate(shapes):
+            jacobians[index] = _jacobian(_assigned(filled, index), expected, index)
         return residual
 
     return gtsam.CustomFactor(noise, list(keys), checked)
+
+
+def filled_factor(
+    key: int,
+    fill: Callable[[np.ndarray], bool],
+    losses: np.ndarray,
+    rows: np.ndarray,
+    jacobian: np.ndarray,
+) -> gtsam.CustomFactor:
+    """A factor on one pose whose losses are its own: GTSAM's noise model is the unit one.
+
+    Args:
+        key: Key of the pose.
+        fill: Fills the three arrays for a pose (4, 4); returns whether all is finite.
+        losses: Square roots of the rows' losses, which GTSAM adds up to the error 1/2 sum rho, shape (N,).
+        rows: Weighted residuals, which it linearizes, shape (N,).
+        jacobian: Their weighted Jacobian, shape (N, 6).
+
+    Raises:
+        FactorError: The arrays do not fit together; later, out of the optimiser, where what is filled is not finite.
+    """
+    count = len(rows)
+    for array, shape in (
+        (losses, (count,)),
+        (rows, (count,)),
+        (jacobian, (count, POSE3_DIMENSION)),
+    ):
+        if array.shape != shape or array.dtype != np.float64:
+            raise FactorError(
+                f"expected an array of doubles of shape {shape}, got {array.dtype} of shape {array.shape}"
+            )
+
+    def filled(
+        factor: gtsam.CustomFactor, values: gtsam.Values, jacobians: list[np.ndarray] | None
+    ) -> np.ndarray:
+        pose = values.atPose3(key).matrix()
+        if not fill(pose):
+            raise FactorError(f"the factor is not finite at the pose\n{pose}")
+        if jacobians is None:
+            return losses
+        jacobians[0] = jacobian
+        return rows
+
+    return gtsam.CustomFactor(gtsam.noiseModel.Unit.Create(count), [key], filled)
 
 
 class _Jacobians(list[Any]):
@@ -81,29 +131,33 @@ def _check_sigmas(noise: gtsam.noiseModel.Base) -> None:
         raise FactorError(f"the noise model's sigmas must be finite and positive, got {sigmas}")
 
 
-def _checked_residual(returned: Any, rows: int) -> np.ndarray:
-    residual: np.ndarray = np.asarray(returned, dtype=np.float64)
-    if residual.shape != (rows,):
-        raise FactorError(
-            f"the callback must return a residual of shape ({rows},), the noise model's dimension, "
-            f"got shape {residual.shape}"
-        )
-    if not (math.isfinite(residual.dot(residual)) or np.isfinite(residual).all()):
+_assigned = list.__getitem__
+
+
+def _residual(returned: Any, shape: tuple[int]) -> np.ndarray:
+    if type(returned) is np.ndarray and returned.shape == shape:
+        residual = returned
+    else:
+        residual = np.asarray(returned, dtype=np.float64)
+        if residual.shape != shape:
+            raise FactorError(
+                f"the callback must return a residual of shape {shape}, the noise model's dimension, "
+                f"got shape {residual.shape}"
+            )
+    if not (isfinite(residual.dot(residual)) or np.isfinite(residual).all()):
         raise FactorError(f"the callback returned a residual that is not finite: {residual}")
     return residual
 
 
-def _checked_jacobian(assigned: Any, rows: int, columns: int, index: int) -> np.ndarray:
+def _jacobian(assigned: Any, shape: tuple[int, int], index: int) -> np.ndarray:
     if assigned is None:
         raise FactorError(
             f"the callback left jacobians[{index}] unset; assign jacobians[{index}] = J"
         )
-    jacobian: np.ndarray = np.asarray(assigned, dtype=np.float64)
-    if jacobian.shape != (rows, columns):
-        raise FactorError(
-            f"jacobians[{index}] must have shape ({rows}, {columns}), got {jacobian.shape}"
-        )
+    jacobian: np.ndarray = np.asarray(assigned)
+    if jacobian.shape != shape:
+        raise FactorError(f"jacobians[{index}] must have shape {shape}, got {jacobian.shape}")
     flat = jacobian.ravel()
-    if not (math.isfinite(flat.dot(flat)) or np.isfinite(jacobian).all()):
+    if not (isfinite(flat.dot(flat)) or np.isfinite(jacobian).all()):
         raise FactorError(f"jacobians[{index}] is not finite:\n{jacobian}")
     return jacobian

@@ -17,9 +17,14 @@ from gtsam import noiseModel
 _Scheme = noiseModel.mEstimator.Base.ReweightScheme
 
 
-def isotropic(dimension: int, weight: float) -> gtsam.noiseModel.Base:
-    """Gaussian noise with the same weight [1/unit^2] on each of ``dimension`` residuals."""
-    return noiseModel.Isotropic.Sigma(dimension, 1.0 / math.sqrt(weight))
+def theta(log_theta: float) -> float:
+    """Welsch's theta, in squares of sigmas."""
+    return math.exp(log_theta)
+
+
+def sqrt_information(rotation_weight: float, translation_weight: float) -> np.ndarray:
+    """R with R'R the information about a pose, (6, 6), rotation [1/rad^2] first, translation [1/m^2] after."""
+    return np.diag(np.repeat([math.sqrt(rotation_weight), math.sqrt(translation_weight)], 3))
 
 
 def pose_noise(rotation_weight: float, translation_weight: float) -> gtsam.noiseModel.Base:
@@ -39,17 +44,6 @@ def welsch_of_norm(noise: gtsam.noiseModel.Base, log_theta: float) -> gtsam.nois
     return noiseModel.Robust.Create(loss, noise)
 
 
-def welsch_of_each(noise: gtsam.noiseModel.Base, log_theta: float) -> gtsam.noiseModel.Robust:
-    """One Welsch loss on each row of the whitened residual: an outlier silences itself only."""
-    loss = noiseModel.mEstimator.Welsch.Create(math.exp(log_theta / 2), _Scheme.Scalar)
-    return noiseModel.Robust.Create(loss, noise)
-
-
 def welsch_weight(squared_norm: np.ndarray | float, log_theta: float) -> np.ndarray:
     """How much a whitened residual still counts, in [0, 1]: rho'(e) = exp(-e / theta)."""
     return np.exp(-np.asarray(squared_norm) / math.exp(log_theta))
-
-
-def welsch_weight_of_loss(loss: float, log_theta: float) -> float:
-    """The same weight from the loss 1/2 rho(e): rho'(e) = 1 - rho(e) / theta."""
-    return max(0.0, 1.0 - 2.0 * loss / math.exp(log_theta))

@@ -3,21 +3,100 @@ r"""Visual factor: the pose a visual tracker reports (paper, section III-B).
 
 The residual is the twist from the estimate to the reported pose,
 
-    r(T_wo) = log(T_wo^-1 T_wo_visual),    rotation [rad] first, then translation [m].
+    r(T_wo) = Log(T_wo^-1 T_wo_visual),    rotation [rad] first, then translation [m],
 
-GTSAM's own ``PriorFactorPose3`` has minus that twist, which is the same objective, with an exact Jacobian.
-One Welsch loss on the weighted norm of all six lets go of a visual pose that the hand contradicts.
+and dr/dxi = -Jl(r)^-1 for a right perturbation of T_wo. GTSAM's own ``PriorFactorPose3`` has minus that residual: the
+same objective. One Welsch loss on the weighted norm of all six lets go of a visual pose that the hand contradicts.
 """
 
 from __future__ import annotations
 
+from typing import Any
+
 import gtsam
 import numpy as np
 
+from ..compiled import compiled
+from ..handles import Handles, array1, array2
+from ..se3 import inverse_left_jacobian, log_between
 
-def visual_residual(T_wo: gtsam.Pose3, T_wo_visual: gtsam.Pose3) -> np.ndarray:
-    """Twist from the estimate to the visual pose, shape (6,), rotation [rad] first, then translation [m]."""
-    return gtsam.Pose3.Logmap(T_wo.between(T_wo_visual))
+# The arrays of ``VisualTerm.handles``, in order.
+POSE, WHITENING, SETTINGS, ROWS, ROW_JACOBIANS = range(5)
+PRESENT, THETA = range(2)  # places in the settings
+
+
+class VisualTerm:
+    """The visual term at one object pose after another.
+
+    Args:
+        theta: Welsch's theta, in squares of sigmas.
+
+    Attributes:
+        handles: The reported pose, its whitening and loss, and room for the term's weighted rows.
+    """
+
+    def __init__(self, theta: float) -> None:
+        self._pose, self._whitening = np.eye(4), np.zeros((6, 6))
+        self._settings = np.array([0.0, theta])
+        self.handles = Handles(
+            self._pose, self._whitening, self._settings, np.zeros(6), np.zeros((6, 6))
+        )
+
+    def place(self, T_wo_visual: np.ndarray | None, whitening: np.ndarray) -> None:
+        """Begin a frame.
+
+        Args:
+            T_wo_visual: The pose that the tracker reports, (4, 4), or None.
+            whitening: R with R'R the information about it, (6, 6), rotation first.
+        """
+        self._settings[PRESENT] = T_wo_visual is not None
+        if T_wo_visual is not None:
+            self._pose[...], self._whitening[...] = T_wo_visual, whitening
+
+
+@compiled
+def visual_loss(T_wo: Any, visual: Any) -> Any:
+    """Loss rho(e) of the term at T_wo (4, 4) and the weight rho'(e) it leaves; both 0 where there is no visual pose.
+
+    Leaves the whitened residual R r in the rows.
+    """
+    settings, rows = array1(visual, SETTINGS, np.float64), array1(visual, ROWS, np.float64)
+    if settings[PRESENT] == 0.0:
+        return 0.0, 0.0
+    r = np.empty(6)
+    log_between(T_wo, array2(visual, POSE, np.float64), r)
+    whitening = array2(visual, WHITENING, np.float64)
+    e = 0.0
+    for i in range(6):
+        rows[i] = 0.0
+        for j in range(6):
+            rows[i] += whitening[i, j] * r[j]
+        e += rows[i] * rows[i]
+    e /= settings[THETA]
+    return -settings[THETA] * np.expm1(-e), np.exp(-e)
+
+
+@compiled
+def visual_rows(T_wo: Any, visual: Any) -> float:
+    """Fill the term's weighted rows and their Jacobian for T_wo (4, 4); returns the weight rho'(e)."""
+    rows, jacobians = array1(visual, ROWS, np.float64), array2(visual, ROW_JACOBIANS, np.float64)
+    _, weight = visual_loss(T_wo, visual)
+    if array1(visual, SETTINGS, np.float64)[PRESENT] == 0.0:
+        rows[:] = 0.0
+        jacobians[:] = 0.0
+        return weight  # type: ignore[no-any-return]
+    r, J = np.empty(6), np.empty((6, 6))
+    log_between(T_wo, array2(visual, POSE, np.float64), r)
+    inverse_left_jacobian(r, J)
+    whitening, scale = array2(visual, WHITENING, np.float64), np.sqrt(weight)
+    for i in range(6):
+        rows[i] *= scale
+        for j in range(6):
+            total = 0.0
+            for k in range(6):
+                total += whitening[i, k] * J[k, j]
+            jacobians[i, j] = -scale * total
+    return weight  # type: ignore[no-any-return]
 
 
 def visual_factor(

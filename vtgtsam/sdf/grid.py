@@ -17,8 +17,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..exceptions import MeshError
-from .bends import bends_in_blocks
 from .kernels import steepest, value_and_gradient_at, value_at
+from .minorants import block_shift, minorants
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -57,7 +57,7 @@ class GridSdf:
             array.flags.writeable = False
         self.scale = (np.array(self.values.shape) - 1.0) / (self.upper - self.lower)  # [cells/m]
         self.scale.flags.writeable = False
-        self._bends: dict[int, np.ndarray] = {}
+        self._minorants: dict[int, np.ndarray] = {}
 
     @cached_property
     def lipschitz(self) -> float:
@@ -69,11 +69,12 @@ class GridSdf:
         """Largest absolute distance at a node [m]."""
         return float(np.abs(self.values).max())
 
-    def bends(self, reach: int) -> np.ndarray:
-        """Bounds of the second differences within ``reach`` cells of each block of cells (see ``bends``)."""
-        if reach not in self._bends:
-            self._bends[reach] = bends_in_blocks(self.values, reach, self.largest)
-        return self._bends[reach]
+    def minorants(self, reach: int) -> np.ndarray:
+        """Linear functions below the field within ``reach`` cells of each block of cells (see ``minorants``)."""
+        if reach not in self._minorants:
+            shift = block_shift(self.values.shape)
+            self._minorants[reach] = minorants(self.values, shift, reach, self.largest)
+        return self._minorants[reach]
 
     @property
     def spacing(self) -> np.ndarray:

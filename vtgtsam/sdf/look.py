@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
-"""Distances in single precision, several points at a time, wrong by a known rounding.
+"""Distances and bounds in single precision, several points at a time, wrong by a known rounding.
 
-A pad's pose comes as the map A p from the pad's frame to cells of the grid, ``A`` (3, 4) float32. The loops over
-points inside the grid have no branch, so that the compiler works on eight points at once.
+A pad's pose comes as the map A p from the pad's frame to cells of the grid, ``A`` (3, 4) float32. No loop has a branch,
+so that the compiler works on eight points or tiles at once.
 """
 
 from __future__ import annotations
@@ -12,62 +12,62 @@ from typing import Any
 import numpy as np
 
 from ..compiled import inlined, inlined_fast
-from .bends import SHIFT
 
 
 @inlined
 def look(
-    flat: Any, shape: Any, cell: Any, A: Any, tiles: Any, begin: int, inside: bool, near: Any
-) -> float:
-    """Distances of the points from ``begin`` into ``near`` (TILE,); returns the least.
+    flat: Any, shape: Any, cell: Any, A: Any, coordinates: Any, begin: int, inside: bool, near: Any
+) -> Any:
+    """Distances of a tile's points into ``near`` (TILE,); returns the least.
 
     Args:
         flat: Distances at the grid's nodes.
         shape: Numbers of nodes.
         cell: Sides of a cell [m], (3,) float32.
         A: The map from the pad's frame to cells.
-        tiles: Points in the pad's frame, (3, N * TILE).
-        begin: A tile's first point.
+        coordinates: Points in the pad's frame, (3, T * TILE).
+        begin: The tile's first point.
         inside: Whether the pad is inside the grid.
         near: Room for the distances.
     """
     if inside:
-        look_inside(flat, shape, A, tiles, begin, near)
+        look_inside(flat, shape, A, coordinates, begin, near)
     else:
-        look_anywhere(flat, shape, cell, A, tiles, begin, near)
-    return least(near)  # type: ignore[no-any-return]
+        look_anywhere(flat, shape, cell, A, coordinates, begin, near)
+    return least(near)
 
 
 @inlined_fast
-def least(values: Any) -> float:
+def least(values: Any) -> Any:
     """Least of some values, none of them NaN."""
     found = values[0]
     for n in range(1, len(values)):
         found = values[n] if values[n] < found else found
-    return found  # type: ignore[no-any-return]
+    return found
 
 
 @inlined_fast
-def look_inside(flat: Any, shape: Any, A: Any, tiles: Any, begin: int, near: Any) -> None:
+def look_inside(flat: Any, shape: Any, A: Any, coordinates: Any, begin: int, near: Any) -> None:
     """Distances of points that are all inside the grid."""
     sx, sy = np.uint32(shape[1] * shape[2]), np.uint32(shape[2])
     a00, a01, a02, b0 = A[0, 0], A[0, 1], A[0, 2], A[0, 3]
     a10, a11, a12, b1 = A[1, 0], A[1, 1], A[1, 2], A[1, 3]
     a20, a21, a22, b2 = A[2, 0], A[2, 1], A[2, 2], A[2, 3]
     for n in range(len(near)):
-        x, y, z = tiles[0, begin + n], tiles[1, begin + n], tiles[2, begin + n]
+        x, y, z = coordinates[0, begin + n], coordinates[1, begin + n], coordinates[2, begin + n]
         u = a00 * x + a01 * y + a02 * z + b0
         v = a10 * x + a11 * y + a12 * z + b1
         w = a20 * x + a21 * y + a22 * z + b2
         i, j, k = np.int32(u), np.int32(v), np.int32(w)
         at = np.uint32(i) * sx + np.uint32(j) * sy + np.uint32(k)
-        fx, fy, fz = u - np.float32(i), v - np.float32(j), w - np.float32(k)
-        near[n] = in_cell(flat, at, sx, sy, fx, fy, fz)[0]
+        near[n] = value_in_cell(
+            flat, at, sx, sy, u - np.float32(i), v - np.float32(j), w - np.float32(k)
+        )
 
 
 @inlined_fast
 def look_anywhere(
-    flat: Any, shape: Any, cell: Any, A: Any, tiles: Any, begin: int, near: Any
+    flat: Any, shape: Any, cell: Any, A: Any, coordinates: Any, begin: int, near: Any
 ) -> None:
     """Distances of points inside or outside the grid."""
     nx, ny, nz = shape
@@ -77,7 +77,7 @@ def look_anywhere(
     a10, a11, a12, b1 = A[1, 0], A[1, 1], A[1, 2], A[1, 3]
     a20, a21, a22, b2 = A[2, 0], A[2, 1], A[2, 2], A[2, 3]
     for n in range(len(near)):
-        x, y, z = tiles[0, begin + n], tiles[1, begin + n], tiles[2, begin + n]
+        x, y, z = coordinates[0, begin + n], coordinates[1, begin + n], coordinates[2, begin + n]
         u = a00 * x + a01 * y + a02 * z + b0
         v = a10 * x + a11 * y + a12 * z + b1
         w = a20 * x + a21 * y + a22 * z + b2
@@ -88,69 +88,16 @@ def look_anywhere(
         j = min(np.int32(cv), np.int32(ny - 2))
         k = min(np.int32(cw), np.int32(nz - 2))
         at = np.uint32(i) * sx + np.uint32(j) * sy + np.uint32(k)
-        fx, fy, fz = cu - np.float32(i), cv - np.float32(j), cw - np.float32(k)
-        phi = in_cell(flat, at, sx, sy, fx, fy, fz)[0]
+        phi = value_in_cell(
+            flat, at, sx, sy, cu - np.float32(i), cv - np.float32(j), cw - np.float32(k)
+        )
         dx, dy, dz = (u - cu) * hx, (v - cv) * hy, (w - cw) * hz
         near[n] = phi + np.sqrt(dx * dx + dy * dy + dz * dz)
 
 
 @inlined_fast
-def raise_floors(
-    flat: Any, shape: Any, bends: Any, A: Any, boxes: Any, margin: float, floors: Any
-) -> None:
-    """Raise each tile's floor to what a look at its centre says, for tiles inside the grid.
-
-    With c a tile's centre and e its half extents in the pad's frame, no point of it is nearer than
-
-        phi(c) - sum_a e_a |dphi/dp_a| - sum_i d_i H_ii - 1/2 sum_ij d_i d_j H_ij,    d_i = sum_a |A_ia| e_a,
-
-    with the bounds H of second differences (see ``bends``).
-
-    Args:
-        flat: Distances at the grid's nodes.
-        shape: Numbers of nodes.
-        bends: Bounds of second differences in blocks of cells.
-        A: The map from the pad's frame to cells.
-        boxes: Centres and half extents of the tiles, (6, N).
-        margin: What makes a floor of a distance [m].
-        floors: The tiles' floors, (N,).
-    """
-    sx, sy = np.uint32(shape[1] * shape[2]), np.uint32(shape[2])
-    bounds, by, bz = bends.ravel(), np.uint32(bends.shape[1]), np.uint32(bends.shape[2])
-    shift = np.uint32(SHIFT)
-    one, half = np.float32(1), np.float32(0.5)
-    a00, a01, a02, b0 = A[0, 0], A[0, 1], A[0, 2], A[0, 3]
-    a10, a11, a12, b1 = A[1, 0], A[1, 1], A[1, 2], A[1, 3]
-    a20, a21, a22, b2 = A[2, 0], A[2, 1], A[2, 2], A[2, 3]
-    for n in range(len(floors)):
-        x, y, z = boxes[0, n], boxes[1, n], boxes[2, n]
-        ex, ey, ez = boxes[3, n], boxes[4, n], boxes[5, n]
-        u = a00 * x + a01 * y + a02 * z + b0
-        v = a10 * x + a11 * y + a12 * z + b1
-        w = a20 * x + a21 * y + a22 * z + b2
-        i, j, k = np.int32(u), np.int32(v), np.int32(w)
-        fx, fy, fz = u - np.float32(i), v - np.float32(j), w - np.float32(k)
-        a, b, c = np.uint32(i), np.uint32(j), np.uint32(k)
-        phi, gx, gy, gz = in_cell(flat, a * sx + b * sy + c, sx, sy, fx, fy, fz)
-        slope = ex * abs(gx * a00 + gy * a10 + gz * a20)
-        slope += ey * abs(gx * a01 + gy * a11 + gz * a21)
-        slope += ez * abs(gx * a02 + gy * a12 + gz * a22)
-        dx = ex * abs(a00) + ey * abs(a01) + ez * abs(a02)
-        dy = ex * abs(a10) + ey * abs(a11) + ez * abs(a12)
-        dz = ex * abs(a20) + ey * abs(a21) + ez * abs(a22)
-        at = np.uint32(6) * (((a >> shift) * by + (b >> shift)) * bz + (c >> shift))
-        bend = bounds[at] * dx * (one + half * dx)
-        bend += bounds[at + np.uint32(1)] * dy * (one + half * dy)
-        bend += bounds[at + np.uint32(2)] * dz * (one + half * dz)
-        bend += bounds[at + np.uint32(3)] * dx * dy
-        bend += bounds[at + np.uint32(4)] * dx * dz
-        bend += bounds[at + np.uint32(5)] * dy * dz
-        floors[n] = max(floors[n], (phi - slope - bend) + margin)
-
-
-@inlined_fast
-def in_cell(flat: Any, at: Any, sx: Any, sy: Any, fx: Any, fy: Any, fz: Any) -> Any:
-    """Trilinear value in the cell whose first node is ``at``, at fractions fx, fy, fz, and its change per cell."""
+def value_in_cell(flat: Any, at: Any, sx: Any, sy: Any, fx: Any, fy: Any, fz: Any) -> Any:
+    """Trilinear value in the cell whose first node is ``at``, at fractions fx, fy, fz."""
     one = np.uint32(1)
     v000, v001 = flat[at], flat[at + one]
     v010, v011 = flat[at + sy], flat[at + sy + one]
@@ -159,7 +106,103 @@ def in_cell(flat: Any, at: Any, sx: Any, sy: Any, fx: Any, fy: Any, fz: Any) -> 
     v00, v01 = v000 + fz * (v001 - v000), v010 + fz * (v011 - v010)
     v10, v11 = v100 + fz * (v101 - v100), v110 + fz * (v111 - v110)
     v0, v1 = v00 + fy * (v01 - v00), v10 + fy * (v11 - v10)
-    gy = (v01 - v00) + fx * ((v11 - v10) - (v01 - v00))
-    dz0 = (v001 - v000) + fy * ((v011 - v010) - (v001 - v000))
-    dz1 = (v101 - v100) + fy * ((v111 - v110) - (v101 - v100))
-    return v0 + fx * (v1 - v0), v1 - v0, gy, dz0 + fx * (dz1 - dz0)
+    return v0 + fx * (v1 - v0)
+
+
+@inlined_fast
+def bound_inside(
+    flat: Any, blocks: Any, shift: Any, A: Any, boxes: Any, first: int, margin: float, floors: Any
+) -> None:
+    """Raise the floors of tiles that are all inside the grid to what minorants say.
+
+    With m(u) = offset + g^T u the minorant at a tile's centre c, and e its half extents in the pad's frame, no point of
+    it is nearer than
+
+        m(A c) - sum_a e_a |sum_i g_i A_ia| .
+
+    Args:
+        flat: Offsets and slopes of the blocks' minorants, four numbers each (see ``minorants``).
+        blocks: Numbers of blocks.
+        shift: Logarithm to base 2 of a block's side in cells.
+        A: The map from the pad's frame to cells.
+        boxes: Centres and half extents of tiles, (6, T).
+        first: The pad's first tile.
+        margin: Added to a bound [m].
+        floors: The pad's tiles' floors.
+    """
+    by, bz = np.uint32(blocks[1]), np.uint32(blocks[2])
+    shift, four, one = np.uint32(shift), np.uint32(4), np.uint32(1)
+    a00, a01, a02, b0 = A[0, 0], A[0, 1], A[0, 2], A[0, 3]
+    a10, a11, a12, b1 = A[1, 0], A[1, 1], A[1, 2], A[1, 3]
+    a20, a21, a22, b2 = A[2, 0], A[2, 1], A[2, 2], A[2, 3]
+    for n in range(len(floors)):
+        x, y, z = boxes[0, first + n], boxes[1, first + n], boxes[2, first + n]
+        ex, ey, ez = boxes[3, first + n], boxes[4, first + n], boxes[5, first + n]
+        u = a00 * x + a01 * y + a02 * z + b0
+        v = a10 * x + a11 * y + a12 * z + b1
+        w = a20 * x + a21 * y + a22 * z + b2
+        i = np.uint32(np.int32(u)) >> shift
+        j = np.uint32(np.int32(v)) >> shift
+        k = np.uint32(np.int32(w)) >> shift
+        at = four * ((i * by + j) * bz + k)
+        gx, gy, gz = flat[at + one], flat[at + one + one], flat[at + one + one + one]
+        slope = ex * abs(gx * a00 + gy * a10 + gz * a20)
+        slope += ey * abs(gx * a01 + gy * a11 + gz * a21)
+        slope += ez * abs(gx * a02 + gy * a12 + gz * a22)
+        low = flat[at] + gx * u + gy * v + gz * w - slope
+        floors[n] = max(floors[n], low + margin)
+
+
+@inlined_fast
+def bound_anywhere(
+    flat: Any,
+    blocks: Any,
+    shift: Any,
+    shape: Any,
+    cell: Any,
+    A: Any,
+    boxes: Any,
+    first: int,
+    margin: float,
+    floors: Any,
+) -> None:
+    """The same for tiles inside or outside the grid, not as tight.
+
+    Moving into the grid what is beyond it brings no two places farther apart along an axis. So with d_i = sum_a
+    |A_ia| e_a the points of a tile are moved to within d of its moved centre c, and what they lose is at least the
+    centre's distance beyond the grid less the tile's radius:
+
+        phi >= m(c) - sum_i d_i |g_i| + max(0, beyond(A c) - |e|) .
+
+    Further arguments:
+        shape: Numbers of nodes.
+        cell: Sides of a cell [m], (3,) float32.
+    """
+    nx, ny, nz = shape
+    by, bz = np.uint32(blocks[1]), np.uint32(blocks[2])
+    shift, four, one, zero = np.uint32(shift), np.uint32(4), np.uint32(1), np.float32(0)
+    hx, hy, hz = cell[0], cell[1], cell[2]
+    a00, a01, a02, b0 = A[0, 0], A[0, 1], A[0, 2], A[0, 3]
+    a10, a11, a12, b1 = A[1, 0], A[1, 1], A[1, 2], A[1, 3]
+    a20, a21, a22, b2 = A[2, 0], A[2, 1], A[2, 2], A[2, 3]
+    for n in range(len(floors)):
+        x, y, z = boxes[0, first + n], boxes[1, first + n], boxes[2, first + n]
+        ex, ey, ez = boxes[3, first + n], boxes[4, first + n], boxes[5, first + n]
+        u = a00 * x + a01 * y + a02 * z + b0
+        v = a10 * x + a11 * y + a12 * z + b1
+        w = a20 * x + a21 * y + a22 * z + b2
+        cu = min(max(u, zero), np.float32(nx - 1))
+        cv = min(max(v, zero), np.float32(ny - 1))
+        cw = min(max(w, zero), np.float32(nz - 1))
+        i = np.uint32(min(np.int32(cu), np.int32(nx - 2))) >> shift
+        j = np.uint32(min(np.int32(cv), np.int32(ny - 2))) >> shift
+        k = np.uint32(min(np.int32(cw), np.int32(nz - 2))) >> shift
+        at = four * ((i * by + j) * bz + k)
+        gx, gy, gz = flat[at + one], flat[at + one + one], flat[at + one + one + one]
+        slope = abs(gx) * (ex * abs(a00) + ey * abs(a01) + ez * abs(a02))
+        slope += abs(gy) * (ex * abs(a10) + ey * abs(a11) + ez * abs(a12))
+        slope += abs(gz) * (ex * abs(a20) + ey * abs(a21) + ez * abs(a22))
+        dx, dy, dz = (u - cu) * hx, (v - cv) * hy, (w - cw) * hz
+        beyond = np.sqrt(dx * dx + dy * dy + dz * dz) - np.sqrt(ex * ex + ey * ey + ez * ez)
+        low = flat[at] + gx * cu + gy * cv + gz * cw - slope + max(beyond, zero)
+        floors[n] = max(floors[n], low + margin)

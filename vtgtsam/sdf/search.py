@@ -8,193 +8,217 @@ The plain search takes the distance of every grid point of every pad, in double 
   L x (the most that a point of it moved), L being the field's Lipschitz constant. These add up in ``travel``, and
   floor - travel is not above the tile's least distance at any later pose. Steps shrink quickly as an optimiser
   converges, and so does the set of tiles worth a look;
-- a floor is raised by a look at the tile's centre: value, slope, and a bound of the field's curvature around it
-  (see ``look.raise_floors``). On a smooth object six tiles of seven end there, even at a pose unlike any before;
-- the tiles left, those with a floor not above the best distance found so far, are looked at in single precision,
-  several times faster per point, the likeliest first; only points within its rounding of the best are evaluated in
-  double precision;
+- where too many are left, all floors are found anew from linear functions below the field (``minorants``): six of seven
+  tiles end there, even at a pose unlike any before;
+- the tiles left are looked at in single precision, the lowest floor first, until no floor is below the best distance;
+- only points within that rounding of the best are evaluated in double precision;
 - a pad that reports no contact matters only where phi < 0: there the best so far is 0 from the start.
 
 Every bound includes the rounding of single precision, so no shortcut changes a result.
 
-Arguments are plain arrays, many of them: bundled in tuples they cost half as much again as the search itself.
+What the search reads and remembers it finds by address (see ``handles``): ``new_search`` lists it.
 """
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
 
-from ..compiled import compiled, inlined, inlined_fast
+from ..compiled import compiled, inlined
+from ..handles import Handles, array1, array2, array3, array4
+from ..pads import PadSet
+from .grid import GridSdf
 from .kernels import trilinear
-from .look import least, look, raise_floors
+from .look import bound_anywhere, bound_inside, least, look
+from .minorants import block_shift
+from .tiles import FIRST_FLOOR, FIRST_INDEX, FIRST_POINT, FIRST_TILE, TILE, TILES, cut_into_tiles
 
-TILE = 16  # points looked at together: two vectors of eight
-FEW = 2  # tiles looked at without a look at the centres of all before
+FEW = 3  # tiles looked at without finding all floors anew
 ROUNDING = (
     2.0**-17
 )  # bound of a single-precision distance's error, per metre of distance and of reach
+LOWER, SCALE, INSIDE, ANYWHERE, LARGEST, SHIFT = 0, 3, 6, 7, 8, 9  # places in ``field``
+IF_INSIDE, ALWAYS, NOT = 0, 1, 2  # values of ``asked``: the first two are a contact bit's
+# The arrays of ``new_search``, in order.
+VALUES, PLANES, FIELD, PADS, POINTS, ORDER, COORDINATES, BOXES, PAD_BOXES = range(9)
+FLOOR, TRAVEL, SEEN, SEEN_INSIDE, LAST, NEAR, FOUND = range(9, 16)
+
+
+def new_search(pads: PadSet, sdf: GridSdf) -> Handles:
+    """What a search for these pads' closest points to this field reads and remembers."""
+    tiles = cut_into_tiles(pads, ROUNDING * float((sdf.upper - sdf.lower).max()))
+    radius = float(np.linalg.norm(tiles.boxes[3:], axis=0).max())
+    most, total = tiles.pads[:, TILES].max(), tiles.pads[-1, [FIRST_FLOOR, TILES]].sum()
+    steepest = sdf.lipschitz, math.hypot(sdf.lipschitz, 1.0)
+    shift = block_shift(sdf.values.shape)
+    return Handles(
+        sdf.values,
+        # Linear functions below the field, which hold over a tile whose centre is in a block.
+        sdf.minorants(reach=math.ceil(radius * float(sdf.scale.max()))),
+        # First node's position, cells per metre, Lipschitz constants inside the grid and anywhere, largest absolute
+        # distance at a node, logarithm to base 2 of the blocks' side.
+        np.array([*sdf.lower, *sdf.scale, *steepest, sdf.largest, shift]),
+        *tiles,
+        np.full(total, -np.inf),  # each tile's floor
+        np.zeros(len(pads)),  # each pad's travel
+        np.full(
+            (len(pads), 3, 4), np.inf
+        ),  # each pad's pose in the object's frame when it was seen last
+        np.zeros(len(pads), dtype=bool),  # whether the pad was inside the grid there
+        np.zeros(
+            len(pads), dtype=np.int64
+        ),  # the tile that held the closest point last, from the pad's first
+        np.empty((most, TILE), np.float32),  # room for looks at the tiles of the pad with most
+        np.empty(most + 1, dtype=np.int64),  # room for as many tiles' numbers
+    )
 
 
 @compiled
 def closest_on_pads(
-    T_wo: Any,
-    T_wp: Any,
-    wanted: Any,
-    values: Any,
-    bends: Any,
-    lower: Any,
-    scale: Any,
-    lipschitz: Any,
-    largest: float,
-    points: Any,
-    pad_boxes: Any,
-    order: Any,
-    tiles: Any,
-    tile_boxes: Any,
-    tile_offsets: Any,
-    near: Any,
-    floor: Any,
-    travel: Any,
-    last: Any,
-    seen: Any,
-    seen_inside: Any,
-) -> Any:
+    T_wo: Any, T_wp: Any, asked: Any, distances: Any, jacobians: Any, indices: Any, search: Any
+) -> None:
     """Grid point of least distance on each pad, at one object pose.
 
     Args:
         T_wo: Object pose, (4, 4).
         T_wp: Pad poses, (K, 4, 4).
-        wanted: Pads whose distance is wanted whatever it is, (K,); of the others only if negative.
-        values: Distances at the grid's nodes.
-        bends: Bounds of their second differences (see ``bends``).
-        lower: Position of the first node.
-        scale: Cells per metre.
-        lipschitz: Lipschitz constants of the field, inside the grid and anywhere, (2,).
-        largest: Largest absolute value of a node.
-        points: All pads' points, each in its pad's frame, (P, 3).
-        pad_boxes: Centre and half extents of each pad's points, in its frame, (K, 2, 3).
-        order: Which points the tiles hold, (N * TILE,).
-        tiles: Their coordinates in single precision, (3, N * TILE).
-        tile_boxes: Centre and half extents of each tile in single precision, (6, N).
-        tile_offsets: Pad k's tiles are tile_offsets[k] to tile_offsets[k + 1].
-        near: Room for the distances of one tile, (TILE,) float32.
-        floor: Memory: what each tile's least distance was at least, plus the travel then, (N,).
-        travel: Memory: how much nearer any point of the pad can have come since the beginning [m], (K,).
-        last: Memory: the last closest points, (K,).
-        seen: Memory: T_op at the last pose, (K, 3, 4); infinite where there is none yet.
-        seen_inside: Memory: whether all the pad's points were inside the grid there, (K,).
-
-    Returns:
-        Distances (K,), Jacobians for a right perturbation of T_wo (K, 6), indices into the points (K,). Of equal
-        distances the first point counts. Infinite, zero and -1 for a pad that is not wanted and does not reach
-        into the object.
+        asked: For each pad ``ALWAYS``, ``IF_INSIDE`` for one whose distance matters only if negative, or ``NOT`` for
+            one whose results are to stay as they are, (K,).
+        distances: Receives the distances, infinite where a pad was left out, (K,).
+        jacobians: Receives their derivatives for a right perturbation of T_wo, rotation first, (K, 6).
+        indices: Receives which of ``PadSet.points_p`` the points are, -1 where a pad was left out, (K,).
+        search: Table of the arrays that ``new_search`` made.
     """
-    count = len(T_wp)
-    distances = np.full(count, np.inf)
-    jacobians = np.zeros((count, 6))
-    indices = np.full(count, -1)
-    flat, cell = values.ravel(), (1.0 / scale).astype(np.float32)
-    T_op, A = np.empty((3, 4)), np.empty((3, 4), np.float32)
-    for k in range(count):
-        relative_pose(T_wo, T_wp[k], T_op)
+    values = array3(search, VALUES, np.float32)
+    planes = array4(search, PLANES, np.float32)
+    field = array1(search, FIELD, np.float64)
+    pads = array2(search, PADS, np.int64)
+    points = array2(search, POINTS, np.float64)
+    order = array1(search, ORDER, np.int64)
+    coordinates = array2(search, COORDINATES, np.float32)
+    boxes = array2(search, BOXES, np.float32)
+    pad_boxes = array3(search, PAD_BOXES, np.float64)
+    floor, travels = array1(search, FLOOR, np.float64), array1(search, TRAVEL, np.float64)
+    seen, seen_inside = array3(search, SEEN, np.float64), array1(search, SEEN_INSIDE, np.bool_)
+    last = array1(search, LAST, np.int64)
+    near = array2(search, NEAR, np.float32)
+    found = array1(search, FOUND, np.int64)
+
+    flat, shape, flat_planes = values.ravel(), values.shape, planes.ravel()
+    lower, scale, shift = field[LOWER : LOWER + 3], field[SCALE : SCALE + 3], int(field[SHIFT])
+    cell = (1.0 / scale).astype(np.float32)
+    T, A = np.empty((3, 4)), np.empty((3, 4), np.float32)
+    for k in range(len(T_wp)):
+        if asked[k] == NOT:
+            continue
+        distances[k], indices[k] = np.inf, -1
+        jacobians[k] = 0.0
+        relative_pose(T_wo, T_wp[k], T)
         inside, rounding, moved = bounds_of_pad(
-            values.shape,
-            lower,
-            scale,
-            lipschitz,
-            largest,
-            T_op,
-            seen[k],
-            seen_inside[k],
-            pad_boxes[k],
+            shape, field, T, seen[k], seen_inside[k], pad_boxes[k]
         )
-        travel[k] += moved
-        seen[k], seen_inside[k] = T_op, inside
-        first, behind = tile_offsets[k], tile_offsets[k + 1]
-        floors = floor[first:behind]
-        if not wanted[k] and least(floors) > travel[k]:
+        travel = travels[k] + moved
+        travels[k], seen_inside[k] = travel, inside
+        seen[k] = T
+        limit = np.inf if asked[k] == ALWAYS else 0.0
+        first, count = pads[k, FIRST_TILE], pads[k, TILES]
+        floors = floor[pads[k, FIRST_FLOOR] : pads[k, FIRST_FLOOR] + count]
+        if least(floors) - travel > limit:
             continue
 
-        to_cells(lower, scale, T_op, A)
-        limit = np.inf if wanted[k] else 0.0
-        at, best = last[k], distance_at(values, lower, scale, T_op, points[last[k]])
-        if inside and worth_a_look(floors, travel[k] + min(best, limit)) > FEW:
-            boxes = tile_boxes[:, first:behind]
-            raise_floors(flat, values.shape, bends, A, boxes, travel[k] - rounding, floors)
-        tile = first + floors.argmin()
-        for _ in range(first, behind):  # the likeliest tile, then those behind it
-            bound = min(best, limit)
-            if floor[tile] - travel[k] <= bound:
-                begin = tile * TILE
-                lowest = look(flat, values.shape, cell, A, tiles, begin, inside, near)
-                floor[tile] = lowest - rounding + travel[k]
-                if lowest - rounding <= bound:
-                    at, best = closest_in_tile(
-                        near,
-                        rounding + min(bound, lowest + rounding),
-                        at,
-                        best,
-                        order[begin:],
-                        values,
-                        lower,
-                        scale,
-                        T_op,
-                        points,
-                    )
-            tile = tile + 1 if tile + 1 < behind else first
-        last[k] = at
-        if wanted[k] or best < 0:
-            distances[k], indices[k] = best, at
-            jacobians[k] = jacobian_at(values, lower, scale, T_op, points[at])
-    return distances, jacobians, indices
+        to_cells(lower, scale, T, A)
+        tile = last[k]
+        lowest = look(flat, shape, cell, A, coordinates, (first + tile) * TILE, inside, near[tile])
+        floors[tile] = lowest - rounding + travel
+        bound = min(limit, lowest + rounding)
+        hits = not_above(floors, bound + travel, found)
+        if hits > FEW:
+            floors -= travel
+            travels[k] = travel = 0.0
+            if inside:
+                bound_inside(flat_planes, planes.shape, shift, A, boxes, first, -rounding, floors)
+            else:
+                bound_anywhere(
+                    flat_planes,
+                    planes.shape,
+                    shift,
+                    shape,
+                    cell,
+                    A,
+                    boxes,
+                    first,
+                    -rounding,
+                    floors,
+                )
+            hits = not_above(floors, bound, found)
+        # The lowest floor first. Tiles looked at move to the front of ``found``, the first of all is ``tile``.
+        looked = bring_forward(found, hits, 0, tile)
+        while looked < hits:
+            place = lowest_floor(floors, found, looked, hits)
+            tile = found[place]
+            if floors[tile] - travel > bound:
+                break
+            found[place], found[looked] = found[looked], tile
+            looked += 1
+            lowest = look(
+                flat, shape, cell, A, coordinates, (first + tile) * TILE, inside, near[tile]
+            )
+            floors[tile] = lowest - rounding + travel
+            bound = min(bound, lowest + rounding)
+
+        best, at, held = np.inf, -1, last[k]
+        jx, jy, jz, gx, gy, gz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        for n in range(looked):
+            tile = found[n]
+            if floors[tile] - travel > bound:
+                continue
+            for m in range(TILE):
+                if near[tile, m] - rounding > bound:
+                    continue
+                index = order[(first + tile) * TILE + m]
+                x, y, z = transform(T, points[pads[k, FIRST_POINT] + index])
+                phi, dx, dy, dz = trilinear(values, lower, scale, x, y, z)
+                if phi < best or (phi == best and index < at):
+                    best, at, held = phi, index, tile
+                    jx, jy, jz = dy * z - dz * y, dz * x - dx * z, dx * y - dy * x
+                    gx, gy, gz = dx, dy, dz
+        last[k] = held
+        if best < limit:
+            distances[k], indices[k] = best, pads[k, FIRST_INDEX] + at
+            jacobians[k, 0], jacobians[k, 1], jacobians[k, 2] = jx, jy, jz
+            jacobians[k, 3], jacobians[k, 4], jacobians[k, 5] = -gx, -gy, -gz
 
 
-@inlined_fast
-def worth_a_look(floors: Any, bound: float) -> int:
-    """How many floors are not above the bound."""
-    count = 0
+@inlined
+def not_above(floors: Any, bound: float, found: Any) -> int:
+    """How many floors are not above the bound; which ones, into ``found``."""
+    hits = 0
     for n in range(len(floors)):
-        count += floors[n] <= bound
-    return count
+        found[hits] = n
+        hits += floors[n] <= bound
+    return hits
 
 
 @inlined
-def closest_in_tile(
-    near: Any,
-    bound: float,
-    at: int,
-    best: float,
-    order: Any,
-    values: Any,
-    lower: Any,
-    scale: Any,
-    T_op: Any,
-    points: Any,
-) -> Any:
-    """The closest point so far and its distance, (at, best), after a tile's points that look as near as ``bound``."""
-    for n in range(TILE):
-        if near[n] <= bound:
-            phi = distance_at(values, lower, scale, T_op, points[order[n]])
-            if phi < best or (phi == best and order[n] < at):
-                at, best = order[n], phi
-    return at, best
+def bring_forward(found: Any, hits: int, place: int, tile: int) -> int:
+    """Put ``tile`` at ``place`` of ``found`` if it is among the hits; returns the place behind it, or ``place``."""
+    for n in range(place, hits):
+        if found[n] == tile:
+            found[n], found[place] = found[place], tile
+            return place + 1
+    return place
 
 
 @inlined
-def distance_at(values: Any, lower: Any, scale: Any, T: Any, p: Any) -> float:
-    """Distance of the point T p."""
-    x, y, z = transform(T, p)
-    return trilinear(values, lower, scale, x, y, z)[0]  # type: ignore[no-any-return]
-
-
-@inlined
-def jacobian_at(values: Any, lower: Any, scale: Any, T: Any, p: Any) -> Any:
-    """dphi/dxi = grad phi^T [skew(p_o) -I] = [(grad phi x p_o)^T  -grad phi^T], six numbers."""
-    x, y, z = transform(T, p)
-    _, gx, gy, gz = trilinear(values, lower, scale, x, y, z)
-    return gy * z - gz * y, gz * x - gx * z, gx * y - gy * x, -gx, -gy, -gz
+def lowest_floor(floors: Any, found: Any, begin: int, end: int) -> int:
+    """Place in ``found``, from ``begin`` to ``end``, of the tile with the lowest floor."""
+    place = begin
+    for n in range(begin + 1, end):
+        if floors[found[n]] < floors[found[place]]:
+            place = n
+    return place
 
 
 @inlined
@@ -228,17 +252,7 @@ def points_in_world(T_wp: Any, points_p: Any, indices: Any) -> Any:
 
 
 @inlined
-def bounds_of_pad(
-    shape: Any,
-    lower: Any,
-    scale: Any,
-    lipschitz: Any,
-    largest: float,
-    T_op: Any,
-    seen: Any,
-    seen_inside: bool,
-    box: Any,
-) -> Any:
+def bounds_of_pad(shape: Any, field: Any, T_op: Any, seen: Any, seen_inside: bool, box: Any) -> Any:
     """What holds for all points in a box around the pad's: (inside, rounding, moved).
 
     inside: The box is in the grid, by 0.01 cells, which is more than single precision can be wrong.
@@ -246,8 +260,8 @@ def bounds_of_pad(
     rounding: Most that a single-precision distance is wrong [m]. A cell coordinate comes from 4 products and sums
     and as many rounded inputs, each wrong by 2^-24 of at most the pad's reach from the grid's first node; three
     axes together move phi by less than 28 L 2^-24 reach. Seven linear interpolations of three operations add less
-    than 48 x 2^-24 of the largest value, the distance beyond the grid less than 8 x 2^-24 reach. ``ROUNDING`` is
-    twice the 64 x 2^-24 that covers these.
+    than 48 x 2^-24 of the largest value, the distance beyond the grid less than 8 x 2^-24 reach; a minorant is a sum
+    of fewer such terms. ``ROUNDING`` is twice the 64 x 2^-24 that covers these.
 
     moved: Most that a point's distance differs from that at the pose seen last [m], 0 where none was: L times the
     way of the box's centre, and of each axis' end.
@@ -256,24 +270,26 @@ def bounds_of_pad(
     inside, reach, size = True, 0.0, 0.0
     way, way_x, way_y, way_z = 0.0, 0.0, 0.0, 0.0
     for i in range(3):
+        lower, scale = field[LOWER + i], field[SCALE + i]
         middle = T_op[i, 0] * centre[0] + T_op[i, 1] * centre[1] + T_op[i, 2] * centre[2]
         middle += T_op[i, 3]
         extent = abs(T_op[i, 0]) * half[0] + abs(T_op[i, 1]) * half[1] + abs(T_op[i, 2]) * half[2]
-        inside &= 0.01 < (middle - extent - lower[i]) * scale[i]
-        inside &= (middle + extent - lower[i]) * scale[i] < shape[i] - 1.01
-        reach = max(reach, abs(middle - lower[i]) + extent)
+        inside &= 0.01 < (middle - extent - lower) * scale
+        inside &= (middle + extent - lower) * scale < shape[i] - 1.01
+        reach = max(reach, abs(middle - lower) + extent)
         size += abs(centre[i]) + half[i]
-        was = seen[i, 0] * centre[0] + seen[i, 1] * centre[1] + seen[i, 2] * centre[2] + seen[i, 3]
+        was = seen[i, 0] * centre[0] + seen[i, 1] * centre[1]
+        was += seen[i, 2] * centre[2] + seen[i, 3]
         way += (middle - was) ** 2
         way_x += (T_op[i, 0] - seen[i, 0]) ** 2
         way_y += (T_op[i, 1] - seen[i, 1]) ** 2
         way_z += (T_op[i, 2] - seen[i, 2]) ** 2
-    rounding = ROUNDING * lipschitz[1] * (largest + reach + size)
+    rounding = ROUNDING * field[ANYWHERE] * (field[LARGEST] + reach + size)
     if not np.isfinite(seen[0, 3]):
         return inside, rounding, 0.0
     moved = np.sqrt(way) + half[0] * np.sqrt(way_x) + half[1] * np.sqrt(way_y)
     moved += half[2] * np.sqrt(way_z)
-    slope = lipschitz[0] if inside and seen_inside else lipschitz[1]
+    slope = field[INSIDE] if inside and seen_inside else field[ANYWHERE]
     return inside, rounding, slope * moved
 
 

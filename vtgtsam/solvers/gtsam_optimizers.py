@@ -1,40 +1,24 @@
 # SPDX-License-Identifier: MIT
-"""The two ways a frame's graph is solved: GTSAM's Levenberg-Marquardt, and steps of constant damping."""
+"""The two ways GTSAM solves a frame's graph: its Levenberg-Marquardt, and steps of constant damping."""
 
 from __future__ import annotations
 
 import math
 from functools import cache
-from typing import NamedTuple
 
 import gtsam
 import numpy as np
 
-from .config import EstimatorConfig
-
-
-class Solution(NamedTuple):
-    """Where the solver ended.
-
-    Attributes:
-        T_wo: The pose.
-        values: The pose under its key.
-        iterations: Steps taken.
-        error: Cost there, 1/2 sum rho.
-    """
-
-    T_wo: gtsam.Pose3
-    values: gtsam.Values
-    iterations: int
-    error: float
+from ..config import EstimatorConfig
+from .solution import Solution
 
 
 def solve(
-    graph: gtsam.NonlinearFactorGraph, key: int, T_wo: gtsam.Pose3, config: EstimatorConfig
+    graph: gtsam.NonlinearFactorGraph, key: int, T_wo: np.ndarray, config: EstimatorConfig
 ) -> Solution:
-    """Minimise the graph's cost over the one pose ``key``, starting at T_wo."""
+    """Minimise the graph's cost over the one pose ``key``, starting at T_wo (4, 4)."""
     values = gtsam.Values()
-    values.insert(key, T_wo)
+    values.insert(key, gtsam.Pose3(T_wo))
     if config.solver == "lm":
         return levenberg_marquardt(graph, key, values, config)
     return fixed_damping(graph, key, values, config)
@@ -47,7 +31,7 @@ def levenberg_marquardt(
     parameters = _parameters(config.damping, config.iterations)
     optimizer = gtsam.LevenbergMarquardtOptimizer(graph, values, parameters)
     values = optimizer.optimize()
-    return Solution(values.atPose3(key), values, optimizer.iterations(), optimizer.error())
+    return Solution(values.atPose3(key).matrix(), optimizer.iterations(), optimizer.error())
 
 
 @cache
@@ -82,7 +66,7 @@ def fixed_damping(
             break
         values = values.retract(step)
         taken += 1
-    return Solution(values.atPose3(key), values, taken, graph.error(values))
+    return Solution(values.atPose3(key).matrix(), taken, graph.error(values))
 
 
 @cache

@@ -1,0 +1,135 @@
+# SPDX-License-Identifier: MIT
+r"""The solvers' steps, compiled: those that GTSAM's optimisers take over the frame's factor graph, in one call.
+
+A frame has one unknown, a pose, and a dozen rows. GTSAM spends more on its graph, its elimination and its calls back to
+Python than the frame's own arithmetic takes; nothing else is different. ``tests/vtgtsam/solvers`` and ``python -m
+benchmarks exactness`` hold the two to the same poses, frame for frame.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ..compiled import compiled
+from ..config import EstimatorConfig
+from ..objective import Objective, cost, linearize
+from ..se3 import retract
+from .solution import Solution
+
+# GTSAM's defaults (LevenbergMarquardtParams).
+LAMBDA_FACTOR = 10.0
+LAMBDA_UPPER_BOUND = 1e5
+MIN_MODEL_FIDELITY = 1e-3
+EPSILON = float(np.finfo(np.float64).eps)
+
+
+def solve(objective: Objective, T_wo: np.ndarray, config: EstimatorConfig) -> Solution:
+    """Minimise a frame's cost from T_wo (4, 4) on."""
+    steps = levenberg_marquardt if config.solver == "lm" else fixed_damping
+    return Solution(*steps(T_wo, config.damping, config.iterations, *objective.tables))
+
+
+@compiled
+def levenberg_marquardt(
+    T_start: Any, damping: float, iterations: int, of_visual: Any, of_hand: Any, of_search: Any
+) -> Any:
+    """Steps of ``gtsam.LevenbergMarquardtOptimizer`` (identity damping, no tolerances): pose, iterations, cost.
+
+    A step is taken if it lowers the cost by at least ``MIN_MODEL_FIDELITY`` of what the linear model promises. Then the
+    damping falls by ``LAMBDA_FACTOR``, else it rises and the same linear system is solved again, up to
+    ``LAMBDA_UPPER_BOUND``. A promise below the rounding of the model's cost is not tried.
+
+    Args:
+        T_start: Where to begin, (4, 4).
+        damping: First lambda.
+        iterations: Most steps to take.
+        of_visual: Table of the visual term.
+        of_hand: Table of the hand's terms.
+        of_search: Table of their search.
+    """
+    T, trial, step = np.empty((4, 4)), np.empty((4, 4)), np.empty(6)
+    information, gradient = np.empty((6, 6)), np.empty(6)
+    T[:] = T_start
+    error, taken = cost(T, of_visual, of_hand, of_search), 0
+    while taken < iterations and error > 0.0 and np.isfinite(error):
+        model, _ = linearize(T, of_visual, of_hand, of_search, information, gradient)
+        better, trial_error = False, np.inf
+        while not better:
+            if damped_step(information, gradient, damping, step):
+                promised = promise(information, damping, step)
+                if promised > EPSILON * model:
+                    retract(T, step, trial)
+                    trial_error = cost(trial, of_visual, of_hand, of_search)
+                    better = (error - trial_error) / promised > MIN_MODEL_FIDELITY
+            damping = damping / LAMBDA_FACTOR if better else damping * LAMBDA_FACTOR
+            if damping >= LAMBDA_UPPER_BOUND:
+                break
+        if not better:
+            break
+        T[:] = trial
+        error, taken = trial_error, taken + 1
+    return T, taken, error
+
+
+@compiled
+def fixed_damping(
+    T_start: Any, damping: float, iterations: int, of_visual: Any, of_hand: Any, of_search: Any
+) -> Any:
+    """Exactly ``iterations`` steps of (J'J + damping I) d = -J'r, as Theseus takes them: pose, iterations, cost.
+
+    The steps may raise the cost; one that is not finite ends them. Arguments as for ``levenberg_marquardt``.
+    """
+    T, trial, step = np.empty((4, 4)), np.empty((4, 4)), np.empty(6)
+    information, gradient = np.empty((6, 6)), np.empty(6)
+    T[:] = T_start
+    taken = 0
+    while taken < iterations:
+        linearize(T, of_visual, of_hand, of_search, information, gradient)
+        if not damped_step(information, gradient, damping, step):
+            break
+        retract(T, step, trial)
+        T[:] = trial
+        taken += 1
+    return T, taken, cost(T, of_visual, of_hand, of_search)
+
+
+@compiled
+def damped_step(information: Any, gradient: Any, damping: float, step: Any) -> bool:
+    """Solve (information + damping I) step = gradient by Cholesky's decomposition; whether there is a finite one."""
+    L = np.empty((6, 6))
+    for i in range(6):
+        for j in range(i + 1):
+            rest = information[i, j] + damping * (i == j)
+            for k in range(j):
+                rest -= L[i, k] * L[j, k]
+            if i != j:
+                L[i, j] = rest / L[j, j]
+            elif rest > 0.0:
+                L[i, i] = np.sqrt(rest)
+            else:
+                return False
+    for i in range(6):
+        step[i] = gradient[i]
+        for k in range(i):
+            step[i] -= L[i, k] * step[k]
+        step[i] /= L[i, i]
+    finite = True
+    for i in range(5, -1, -1):
+        for k in range(i + 1, 6):
+            step[i] -= L[k, i] * step[k]
+        step[i] /= L[i, i]
+        finite &= np.isfinite(step[i])
+    return finite
+
+
+@compiled
+def promise(information: Any, damping: float, step: Any) -> float:
+    """How much the linear model's cost falls with the damped step d: 1/2 d'J'Jd + damping d'd."""
+    total = 0.0
+    for i in range(6):
+        total += damping * step[i] * step[i]
+        for j in range(6):
+            total += 0.5 * step[i] * information[i, j] * step[j]
+    return total
