@@ -111,9 +111,9 @@ def value_in_cell(flat: Any, at: Any, sx: Any, sy: Any, fx: Any, fy: Any, fz: An
 
 @inlined_fast
 def bound_inside(
-    flat: Any, blocks: Any, shift: Any, A: Any, boxes: Any, first: int, margin: float, floors: Any
+    flat: Any, blocks: Any, shift: Any, A: Any, boxes: Any, first: int, count: int, low: Any
 ) -> None:
-    """Raise the floors of tiles that are all inside the grid to what minorants say.
+    """What minorants say of tiles that are all inside the grid, into ``low`` (count,).
 
     With m(u) = offset + g^T u the minorant at a tile's centre c, and e its half extents in the pad's frame, no point of
     it is nearer than
@@ -127,15 +127,15 @@ def bound_inside(
         A: The map from the pad's frame to cells.
         boxes: Centres and half extents of tiles, (6, T).
         first: The pad's first tile.
-        margin: Added to a bound [m].
-        floors: The pad's tiles' floors.
+        count: How many tiles it has.
+        low: Receives the bounds.
     """
     by, bz = np.uint32(blocks[1]), np.uint32(blocks[2])
     shift, four, one = np.uint32(shift), np.uint32(4), np.uint32(1)
     a00, a01, a02, b0 = A[0, 0], A[0, 1], A[0, 2], A[0, 3]
     a10, a11, a12, b1 = A[1, 0], A[1, 1], A[1, 2], A[1, 3]
     a20, a21, a22, b2 = A[2, 0], A[2, 1], A[2, 2], A[2, 3]
-    for n in range(len(floors)):
+    for n in range(count):
         x, y, z = boxes[0, first + n], boxes[1, first + n], boxes[2, first + n]
         ex, ey, ez = boxes[3, first + n], boxes[4, first + n], boxes[5, first + n]
         u = a00 * x + a01 * y + a02 * z + b0
@@ -149,8 +149,7 @@ def bound_inside(
         slope = ex * abs(gx * a00 + gy * a10 + gz * a20)
         slope += ey * abs(gx * a01 + gy * a11 + gz * a21)
         slope += ez * abs(gx * a02 + gy * a12 + gz * a22)
-        low = flat[at] + gx * u + gy * v + gz * w - slope
-        floors[n] = max(floors[n], low + margin)
+        low[n] = flat[at] + gx * u + gy * v + gz * w - slope
 
 
 @inlined_fast
@@ -163,8 +162,8 @@ def bound_anywhere(
     A: Any,
     boxes: Any,
     first: int,
-    margin: float,
-    floors: Any,
+    count: int,
+    low: Any,
 ) -> None:
     """The same for tiles inside or outside the grid, not as tight.
 
@@ -185,7 +184,7 @@ def bound_anywhere(
     a00, a01, a02, b0 = A[0, 0], A[0, 1], A[0, 2], A[0, 3]
     a10, a11, a12, b1 = A[1, 0], A[1, 1], A[1, 2], A[1, 3]
     a20, a21, a22, b2 = A[2, 0], A[2, 1], A[2, 2], A[2, 3]
-    for n in range(len(floors)):
+    for n in range(count):
         x, y, z = boxes[0, first + n], boxes[1, first + n], boxes[2, first + n]
         ex, ey, ez = boxes[3, first + n], boxes[4, first + n], boxes[5, first + n]
         u = a00 * x + a01 * y + a02 * z + b0
@@ -204,5 +203,4 @@ def bound_anywhere(
         slope += abs(gz) * (ex * abs(a20) + ey * abs(a21) + ez * abs(a22))
         dx, dy, dz = (u - cu) * hx, (v - cv) * hy, (w - cw) * hz
         beyond = np.sqrt(dx * dx + dy * dy + dz * dz) - np.sqrt(ex * ex + ey * ey + ez * ez)
-        low = flat[at] + gx * cu + gy * cv + gz * cw - slope + max(beyond, zero)
-        floors[n] = max(floors[n], low + margin)
+        low[n] = flat[at] + gx * cu + gy * cv + gz * cw - slope + max(beyond, zero)

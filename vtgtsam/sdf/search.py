@@ -35,7 +35,7 @@ from .look import bound_anywhere, bound_inside, least, look
 from .minorants import block_shift
 from .tiles import FIRST_FLOOR, FIRST_INDEX, FIRST_POINT, FIRST_TILE, TILE, TILES, cut_into_tiles
 
-FEW = 3  # tiles looked at without finding all floors anew
+FEW = 5  # tiles looked at without finding all floors anew
 ROUNDING = (
     2.0**-17
 )  # bound of a single-precision distance's error, per metre of distance and of reach
@@ -43,7 +43,7 @@ LOWER, SCALE, INSIDE, ANYWHERE, LARGEST, SHIFT = 0, 3, 6, 7, 8, 9  # places in `
 IF_INSIDE, ALWAYS, NOT = 0, 1, 2  # values of ``asked``: the first two are a contact bit's
 # The arrays of ``new_search``, in order.
 VALUES, PLANES, FIELD, PADS, POINTS, ORDER, COORDINATES, BOXES, PAD_BOXES = range(9)
-FLOOR, TRAVEL, SEEN, SEEN_INSIDE, LAST, NEAR, FOUND = range(9, 16)
+FLOOR, TRAVEL, SEEN, SEEN_INSIDE, LAST, NEAR, LOW, FOUND = range(9, 17)
 
 
 def new_search(pads: PadSet, sdf: GridSdf) -> Handles:
@@ -71,7 +71,8 @@ def new_search(pads: PadSet, sdf: GridSdf) -> Handles:
             len(pads), dtype=np.int64
         ),  # the tile that held the closest point last, from the pad's first
         np.empty((most, TILE), np.float32),  # room for looks at the tiles of the pad with most
-        np.empty(most + 1, dtype=np.int64),  # room for as many tiles' numbers
+        np.empty(most, np.float32),  # room for as many tiles' bounds
+        np.empty(most + 1, dtype=np.int64),  # and for their numbers
     )
 
 
@@ -104,7 +105,7 @@ def closest_on_pads(
     seen, seen_inside = array3(search, SEEN, np.float64), array1(search, SEEN_INSIDE, np.bool_)
     last = array1(search, LAST, np.int64)
     near = array2(search, NEAR, np.float32)
-    found = array1(search, FOUND, np.int64)
+    low, found = array1(search, LOW, np.float32), array1(search, FOUND, np.int64)
 
     flat, shape, flat_planes = values.ravel(), values.shape, planes.ravel()
     lower, scale, shift = field[LOWER : LOWER + 3], field[SCALE : SCALE + 3], int(field[SHIFT])
@@ -125,7 +126,7 @@ def closest_on_pads(
         limit = np.inf if asked[k] == ALWAYS else 0.0
         first, count = pads[k, FIRST_TILE], pads[k, TILES]
         floors = floor[pads[k, FIRST_FLOOR] : pads[k, FIRST_FLOOR] + count]
-        if least(floors) - travel > limit:
+        if asked[k] != ALWAYS and least(floors) > travel:
             continue
 
         to_cells(lower, scale, T, A)
@@ -135,23 +136,15 @@ def closest_on_pads(
         bound = min(limit, lowest + rounding)
         hits = not_above(floors, bound + travel, found)
         if hits > FEW:
-            floors -= travel
-            travels[k] = travel = 0.0
             if inside:
-                bound_inside(flat_planes, planes.shape, shift, A, boxes, first, -rounding, floors)
+                bound_inside(flat_planes, planes.shape, shift, A, boxes, first, count, low)
             else:
                 bound_anywhere(
-                    flat_planes,
-                    planes.shape,
-                    shift,
-                    shape,
-                    cell,
-                    A,
-                    boxes,
-                    first,
-                    -rounding,
-                    floors,
+                    flat_planes, planes.shape, shift, shape, cell, A, boxes, first, count, low
                 )
+            for n in range(count):
+                floors[n] = max(floors[n] - travel, low[n] - rounding)
+            travels[k] = travel = 0.0
             hits = not_above(floors, bound, found)
         # The lowest floor first. Tiles looked at move to the front of ``found``, the first of all is ``tile``.
         looked = bring_forward(found, hits, 0, tile)
