@@ -89,7 +89,6 @@ def parts(ours: Ours, frame: int, T_start: np.ndarray) -> dict[str, float]:
     """Running times of one frame's parts, each called again and again [us]."""
     estimator, measurement = ours.estimator, ours.measurements[frame]
     objective, config = estimator._objective, estimator.config
-    T_start = np.asfortranarray(T_start)
     checked = check(measurement, estimator.hand)
     objective.place(checked)
     solution = steps.solve(objective, T_start, config)

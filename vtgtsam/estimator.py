@@ -21,7 +21,7 @@ from .config import EstimatorConfig
 from .covariance import covariance_of
 from .diagnosis import diagnose
 from .estimate import Estimate, Status
-from .frame import Frame, check, require_pose
+from .frame import Frame, check, matrix_of, require_pose
 from .measurement import Measurement
 from .objective import Objective
 from .objects import ObjectModel
@@ -104,14 +104,14 @@ class PoseEstimator:
         return estimate
 
     def _solved(self, frame: Frame, start: gtsam.Pose3) -> Estimate:
-        T_start = start.matrix()
+        T_start = matrix_of(start)
         solution = self._solve(frame, T_start)
         return self._estimate(frame, gtsam.Pose3(solution.T_wo), T_start, solution)
 
     def _as_seen(self, frame: Frame, start: gtsam.Pose3) -> Estimate:
         """Method ``vis``: the visual pose as it is, the last one where there is none this frame."""
         T_wo = start if frame.T_wo_visual is None else frame.T_wo_visual
-        solution = Solution(T_wo.matrix(), 0, 0.0)
+        solution = Solution(matrix_of(T_wo), 0, 0.0)
         return self._estimate(frame, T_wo, solution.T_wo, solution)
 
     def _estimate(

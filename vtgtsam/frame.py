@@ -63,7 +63,7 @@ def check(measurement: Measurement, hand: PadSet, use_visual_covariance: bool = 
     require_pose(measurement.T_wh, "T_wh")
     if visual is not None:
         require_pose(visual, "T_wo_visual")
-        matrix = visual.matrix()
+        matrix = matrix_of(visual)
     touching = contact_bits(measurement.contacts, hand.pad_names)
     invalid = []
     if not math.isfinite(measurement.time):
@@ -101,6 +101,11 @@ def _visual_covariance(measurement: Measurement, used: bool) -> tuple[np.ndarray
         covariance = _shaped(measurement.visual_covariance, (6, 6), "visual_covariance")
         return covariance, "visual_covariance"
     return None, ""
+
+
+def matrix_of(T: gtsam.Pose3) -> np.ndarray:
+    """A pose as a matrix (4, 4) in C order: GTSAM's are in Fortran's, and compiled code is compiled for one of them."""
+    return np.ascontiguousarray(T.matrix())
 
 
 def require_pose(value: object, name: str) -> None:

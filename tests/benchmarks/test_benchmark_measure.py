@@ -98,7 +98,7 @@ def test_a_replayed_optimisation_asks_for_exactly_what_was_recorded(problem):
     ours = Ours(problem, "lm")
     objective, config = ours.estimator._objective, ours.estimator.config
     frame = check(ours.measurements[3], ours.estimator.hand)
-    replay = Replay(objective, frame, np.asfortranarray(problem.T_start[3]), config)
+    replay = Replay(objective, frame, problem.T_start[3], config)
     asked = len(replay._answers)
     assert asked > 4
     replay.solve()

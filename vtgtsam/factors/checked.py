@@ -78,7 +78,7 @@ def filled_factor(
 
     Args:
         key: Key of the pose.
-        fill: Fills the three arrays for a pose (4, 4); returns whether all is finite.
+        fill: Fills the three arrays for a pose (4, 4), in C order; returns whether all is finite.
         losses: Square roots of the rows' losses, which GTSAM adds up to the error 1/2 sum rho, shape (N,).
         rows: Weighted residuals, which it linearizes, shape (N,).
         jacobian: Their weighted Jacobian, shape (N, 6).
@@ -100,7 +100,7 @@ def filled_factor(
     def filled(
         factor: gtsam.CustomFactor, values: gtsam.Values, jacobians: list[np.ndarray] | None
     ) -> np.ndarray:
-        pose = values.atPose3(key).matrix()
+        pose = np.ascontiguousarray(values.atPose3(key).matrix())
         if not fill(pose):
             raise FactorError(f"the factor is not finite at the pose\n{pose}")
         if jacobians is None:

@@ -80,5 +80,6 @@ class ClosestPoints:
 
     def _search(self, T_wo: gtsam.Pose3, asked: np.ndarray) -> PadContacts:
         contacts = PadContacts.room(len(asked))
-        closest_on_pads(T_wo.matrix(), self.T_wp, asked, *contacts, self.search.table)
+        matrix = np.ascontiguousarray(T_wo.matrix())  # compiled code wants its own order
+        closest_on_pads(matrix, self.T_wp, asked, *contacts, self.search.table)
         return contacts

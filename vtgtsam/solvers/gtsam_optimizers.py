@@ -31,7 +31,7 @@ def levenberg_marquardt(
     parameters = _parameters(config.damping, config.iterations)
     optimizer = gtsam.LevenbergMarquardtOptimizer(graph, values, parameters)
     values = optimizer.optimize()
-    return Solution(values.atPose3(key).matrix(), optimizer.iterations(), optimizer.error())
+    return Solution(_matrix(values, key), optimizer.iterations(), optimizer.error())
 
 
 @cache
@@ -66,10 +66,14 @@ def fixed_damping(
             break
         values = values.retract(step)
         taken += 1
-    return Solution(values.atPose3(key).matrix(), taken, graph.error(values))
+    return Solution(_matrix(values, key), taken, graph.error(values))
 
 
 @cache
 def _damper(key: int, damping: float) -> gtsam.JacobianFactor:
     precision = gtsam.noiseModel.Isotropic.Precision(6, damping)
     return gtsam.JacobianFactor(key, np.eye(6), np.zeros(6), precision)
+
+
+def _matrix(values: gtsam.Values, key: int) -> np.ndarray:
+    return np.ascontiguousarray(values.atPose3(key).matrix())
