@@ -53,3 +53,11 @@ def _compile(function: Function, **options: Any) -> Function:
     except RuntimeError as error:
         logger.debug("%s: compiled without a cache on disk (%s)", function.__name__, error)
         return numba.njit(**options)(function)  # type: ignore[no-any-return]
+
+
+@inlined
+def copy_matrix(source: Any, target: Any) -> None:
+    """Copy a matrix. ``target[:] = source`` would compile for seconds, for the sake of its error message."""
+    for i in range(source.shape[0]):
+        for j in range(source.shape[1]):
+            target[i, j] = source[i, j]

@@ -7,12 +7,12 @@ from typing import Any
 
 import numpy as np
 
+from .cholesky import factorize, invert
 from .compiled import compiled
 
 LEVER = 0.1  # [m], a radian is weighed as this many metres: the size of an object in a hand
-_UNIT = np.array(
-    [[1 / LEVER]] * 3 + [[1.0]] * 3
-)  # to information about metres in all six directions
+# To information about metres in all six directions.
+_SCALE = np.array([1 / LEVER] * 3 + [1.0] * 3)
 _ROUNDING = 1e-9  # an eigenvalue this far below the largest is rounding
 _NOTHING = 1e-12  # [1/m^2], less is no information: a standard deviation of 1000 km
 
@@ -24,7 +24,7 @@ def held_directions(information: np.ndarray, share: float) -> int:
         information: Information about a pose, (6, 6), rotation [1/rad^2] first, then translation [1/m^2].
         share: Smallest share of the largest eigenvalue, after scaling radians to metres with ``LEVER``.
     """
-    eigenvalues = np.linalg.eigvalsh(_UNIT * information * _UNIT.T)
+    eigenvalues = np.linalg.eigvalsh(information * np.outer(_SCALE, _SCALE))
     return int((eigenvalues > max(share * eigenvalues[-1], _NOTHING)).sum())
 
 
@@ -35,52 +35,57 @@ def covariance_of(information: Any) -> Any:
     An entry is infinite (with the sign of the growth) where an unmeasured direction involves both its row and
     its column; the other entries are those of the pseudo-inverse.
     """
-    known, covariance = _inverse(_UNIT * information * _UNIT.T)
-    if known:
-        return _UNIT * covariance * _UNIT.T
-    eigenvalues, vectors = np.linalg.eigh(_UNIT * information * _UNIT.T)
-    least = max(_ROUNDING * eigenvalues[-1], _NOTHING)
-    covariance, unknown = np.zeros((6, 6)), np.zeros((6, 6))
-    for n in range(6):
-        axis = _UNIT[:, 0] * vectors[:, n]
-        outer = axis.reshape(6, 1) * axis
-        if eigenvalues[n] > least:
-            covariance += outer / eigenvalues[n]
-        else:
-            unknown += outer
+    scaled, covariance = np.empty((6, 6)), np.empty((6, 6))
     for i in range(6):
         for j in range(6):
-            size = np.sqrt(unknown[i, i] * unknown[j, j])
-            if np.abs(unknown[i, j]) > _ROUNDING * max(size, 1.0):
-                covariance[i, j] = np.copysign(np.inf, unknown[i, j])
+            scaled[i, j] = _SCALE[i] * information[i, j] * _SCALE[j]
+    if not _inverse(scaled, covariance):
+        _pseudo_inverse(scaled, covariance)
+    for i in range(6):
+        for j in range(6):
+            covariance[i, j] *= _SCALE[i] * _SCALE[j]
     return covariance
 
 
 @compiled
-def _inverse(A: Any) -> Any:
-    """Inverse of a symmetric matrix by Cholesky's decomposition, and whether all directions are known by it.
+def _inverse(A: Any, inverse: Any) -> bool:
+    """Inverse of a symmetric matrix (6, 6), and whether all directions are known by it.
 
     The least eigenvalue is at least 1 / |A^-1| and the largest at most the trace, so that no eigenvalue needs to be
     computed where all are large enough.
     """
-    size = len(A)
-    L, inverse = np.zeros((size, size)), np.zeros((size, size))  # A = L L', its inverse L'^-1 L^-1
-    for i in range(size):
-        for j in range(i + 1):
-            rest = A[i, j] - (L[i, :j] * L[j, :j]).sum()
-            if i != j:
-                L[i, j] = rest / L[j, j]
-            elif rest > 0:
-                L[i, i] = np.sqrt(rest)
-            else:
-                return False, inverse
-    M = np.zeros((size, size))  # L^-1
-    for i in range(size):
-        M[i, i] = 1.0 / L[i, i]
-        for j in range(i):
-            M[i, j] = -(L[i, j:i] * M[j:i, j]).sum() / L[i, i]
-    for i in range(size):
-        for j in range(size):
-            inverse[i, j] = (M[:, i] * M[:, j]).sum()
-    least = 1.0 / np.sqrt((inverse**2).sum())
-    return least > max(_ROUNDING * np.trace(A), _NOTHING), inverse
+    L, M = np.empty((6, 6)), np.zeros((6, 6))
+    if not factorize(A, 0.0, L):
+        return False
+    invert(L, M)
+    squared, trace = 0.0, 0.0
+    for i in range(6):
+        trace += A[i, i]
+        for j in range(6):
+            inverse[i, j] = 0.0
+            for k in range(6):
+                inverse[i, j] += M[k, i] * M[k, j]
+            squared += inverse[i, j] * inverse[i, j]
+    return 1.0 / np.sqrt(squared) > max(_ROUNDING * trace, _NOTHING)  # type: ignore[no-any-return]
+
+
+@compiled
+def _pseudo_inverse(A: Any, inverse: Any) -> None:
+    """Inverse of a symmetric matrix (6, 6) along the eigenvectors whose eigenvalues are no rounding, infinite else."""
+    eigenvalues, vectors = np.linalg.eigh(A)
+    least = max(_ROUNDING * eigenvalues[-1], _NOTHING)
+    unknown = np.zeros((6, 6))
+    for i in range(6):
+        for j in range(6):
+            inverse[i, j] = 0.0
+            for n in range(6):
+                outer = vectors[i, n] * vectors[j, n]
+                if eigenvalues[n] > least:
+                    inverse[i, j] += outer / eigenvalues[n]
+                else:
+                    unknown[i, j] += outer
+    for i in range(6):
+        for j in range(6):
+            size = np.sqrt(unknown[i, i] * unknown[j, j])
+            if abs(unknown[i, j]) > _ROUNDING * max(size, 1.0):
+                inverse[i, j] = np.copysign(np.inf, unknown[i, j])

@@ -12,6 +12,7 @@ import gtsam
 import numpy as np
 from numpy.typing import ArrayLike
 
+from .cholesky import factorize, invert
 from .compiled import compiled
 from .exceptions import NotFiniteError
 from .measurement import Measurement
@@ -133,24 +134,15 @@ def _whiten(covariance: Any, whitening: Any) -> bool:
     R is the inverse of the covariance's Cholesky factor. There is none where the matrix is not finite, not symmetric up
     to rounding, or not positive definite.
     """
-    size = len(covariance)
-    L = np.zeros((size, size))
-    for i in range(size):
-        for j in range(i + 1):
+    for i in range(6):
+        for j in range(i):
             a, b = covariance[i, j], covariance[j, i]
             if not abs(a - b) <= _SYMMETRIC * abs(b):  # also where one is not finite
                 return False
-            rest = a - (L[i, :j] * L[j, :j]).sum()
-            if i != j:
-                L[i, j] = rest / L[j, j]
-            elif 0.0 < rest < np.inf:
-                L[i, i] = np.sqrt(rest)
-            else:
-                return False
-    for i in range(size):
-        whitening[i, i] = 1.0 / L[i, i]
-        for j in range(i):
-            whitening[i, j] = -(L[i, j:i] * whitening[j:i, j]).sum() / L[i, i]
+    L = np.empty((6, 6))
+    if not factorize(covariance, 0.0, L):
+        return False
+    invert(L, whitening)
     return True
 
 

@@ -2,7 +2,6 @@
 import mmap
 import time
 
-import numpy as np
 import pytest
 
 from benchmarks import measure, problems, scaling, soak

@@ -21,7 +21,7 @@ from typing import Any, NamedTuple
 import gtsam
 import numpy as np
 
-from ..compiled import compiled
+from ..compiled import compiled, copy_matrix
 from ..handles import Handles, array1, array2, array3
 from ..sdf.closest import ClosestPoints, PadContacts
 from ..sdf.search import ALWAYS, closest_on_pads
@@ -108,7 +108,7 @@ def terms_at(T_wo: Any, terms: Any, search: Any) -> bool:
             finite &= np.isfinite(T_wo[i, j])
     if same or not finite:
         return same
-    before[:] = T_wo
+    copy_matrix(T_wo, before)
     asked = array1(terms, ASKED, np.int8)
     distances, jacobians = (
         array1(terms, DISTANCES, np.float64),

@@ -26,7 +26,7 @@ from typing import Any
 
 import numpy as np
 
-from ..compiled import compiled, inlined
+from ..compiled import compiled, copy_matrix, inlined
 from ..handles import Handles, array1, array2, array3, array4
 from ..pads import PadSet
 from .grid import GridSdf
@@ -122,7 +122,7 @@ def closest_on_pads(
         )
         travel = travels[k] + moved
         travels[k], seen_inside[k] = travel, inside
-        seen[k] = T
+        copy_matrix(T, seen[k])
         limit = np.inf if asked[k] == ALWAYS else 0.0
         first, count = pads[k, FIRST_TILE], pads[k, TILES]
         floors = floor[pads[k, FIRST_FLOOR] : pads[k, FIRST_FLOOR] + count]
@@ -130,36 +130,42 @@ def closest_on_pads(
             continue
 
         to_cells(lower, scale, T, A)
-        tile = last[k]
-        lowest = look(flat, shape, cell, A, coordinates, (first + tile) * TILE, inside, near[tile])
-        floors[tile] = lowest - rounding + travel
-        bound = min(limit, lowest + rounding)
-        hits = not_above(floors, bound + travel, found)
-        if hits > FEW:
-            if inside:
-                bound_inside(flat_planes, planes.shape, shift, A, boxes, first, count, low)
-            else:
-                bound_anywhere(
-                    flat_planes, planes.shape, shift, shape, cell, A, boxes, first, count, low
-                )
-            for n in range(count):
-                floors[n] = max(floors[n] - travel, low[n] - rounding)
-            travels[k] = travel = 0.0
-            hits = not_above(floors, bound, found)
-        # The lowest floor first. Tiles looked at move to the front of ``found``, the first of all is ``tile``.
-        looked = bring_forward(found, hits, 0, tile)
+        # Tiles to look at are in ``found``, those looked at in front: first the one that was closest last, then the
+        # lowest floor of those that are not above the bound.
+        found[0], hits, looked, bound, begun = last[k], 1, 0, limit, False
         while looked < hits:
-            place = lowest_floor(floors, found, looked, hits)
-            tile = found[place]
-            if floors[tile] - travel > bound:
+            tile = found[looked]
+            if begun and floors[tile] - travel > bound:
                 break
-            found[place], found[looked] = found[looked], tile
-            looked += 1
-            lowest = look(
-                flat, shape, cell, A, coordinates, (first + tile) * TILE, inside, near[tile]
-            )
+            begin = (first + tile) * TILE
+            lowest = look(flat, shape, cell, A, coordinates, begin, inside, near[tile])
             floors[tile] = lowest - rounding + travel
             bound = min(bound, lowest + rounding)
+            looked += 1
+            if not begun:
+                begun, hits = True, not_above(floors, bound + travel, found)
+                if hits > FEW:
+                    if inside:
+                        bound_inside(flat_planes, planes.shape, shift, A, boxes, first, count, low)
+                    else:
+                        bound_anywhere(
+                            flat_planes,
+                            planes.shape,
+                            shift,
+                            shape,
+                            cell,
+                            A,
+                            boxes,
+                            first,
+                            count,
+                            low,
+                        )
+                    for n in range(count):
+                        floors[n] = max(floors[n] - travel, low[n] - rounding)
+                    travels[k] = travel = 0.0
+                    hits = not_above(floors, bound, found)
+                looked = bring_forward(found, hits, tile)
+            bring_lowest_forward(found, floors, looked, hits)
 
         best, at, held = np.inf, -1, last[k]
         jx, jy, jz, gx, gy, gz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
@@ -195,23 +201,21 @@ def not_above(floors: Any, bound: float, found: Any) -> int:
 
 
 @inlined
-def bring_forward(found: Any, hits: int, place: int, tile: int) -> int:
-    """Put ``tile`` at ``place`` of ``found`` if it is among the hits; returns the place behind it, or ``place``."""
-    for n in range(place, hits):
+def bring_forward(found: Any, hits: int, tile: int) -> int:
+    """Put ``tile`` in front if it is among the hits; how many are in front then."""
+    for n in range(hits):
         if found[n] == tile:
-            found[n], found[place] = found[place], tile
-            return place + 1
-    return place
+            found[n], found[0] = found[0], tile
+            return 1
+    return 0
 
 
 @inlined
-def lowest_floor(floors: Any, found: Any, begin: int, end: int) -> int:
-    """Place in ``found``, from ``begin`` to ``end``, of the tile with the lowest floor."""
-    place = begin
+def bring_lowest_forward(found: Any, floors: Any, begin: int, end: int) -> None:
+    """Put the tile with the lowest floor at ``begin`` of those from there to ``end``."""
     for n in range(begin + 1, end):
-        if floors[found[n]] < floors[found[place]]:
-            place = n
-    return place
+        if floors[found[n]] < floors[found[begin]]:
+            found[n], found[begin] = found[begin], found[n]
 
 
 @inlined

@@ -12,7 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from ..compiled import compiled
+from ..cholesky import factorize
+from ..cholesky import solve as solve_factorized
+from ..compiled import compiled, copy_matrix
 from ..config import EstimatorConfig
 from ..objective import Objective, cost, linearize
 from ..se3 import retract
@@ -51,7 +53,7 @@ def levenberg_marquardt(
     """
     T, trial, step = np.empty((4, 4)), np.empty((4, 4)), np.empty(6)
     information, gradient = np.empty((6, 6)), np.empty(6)
-    T[:] = T_start
+    copy_matrix(T_start, T)
     error, taken = cost(T, of_visual, of_hand, of_search), 0
     while taken < iterations and error > 0.0 and np.isfinite(error):
         model, _ = linearize(T, of_visual, of_hand, of_search, information, gradient)
@@ -68,7 +70,7 @@ def levenberg_marquardt(
                 break
         if not better:
             break
-        T[:] = trial
+        copy_matrix(trial, T)
         error, taken = trial_error, taken + 1
     return T, taken, error
 
@@ -83,45 +85,23 @@ def fixed_damping(
     """
     T, trial, step = np.empty((4, 4)), np.empty((4, 4)), np.empty(6)
     information, gradient = np.empty((6, 6)), np.empty(6)
-    T[:] = T_start
+    copy_matrix(T_start, T)
     taken = 0
     while taken < iterations:
         linearize(T, of_visual, of_hand, of_search, information, gradient)
         if not damped_step(information, gradient, damping, step):
             break
         retract(T, step, trial)
-        T[:] = trial
+        copy_matrix(trial, T)
         taken += 1
     return T, taken, cost(T, of_visual, of_hand, of_search)
 
 
 @compiled
 def damped_step(information: Any, gradient: Any, damping: float, step: Any) -> bool:
-    """Solve (information + damping I) step = gradient by Cholesky's decomposition; whether there is a finite one."""
+    """Solve (information + damping I) step = gradient; whether there is a finite solution."""
     L = np.empty((6, 6))
-    for i in range(6):
-        for j in range(i + 1):
-            rest = information[i, j] + damping * (i == j)
-            for k in range(j):
-                rest -= L[i, k] * L[j, k]
-            if i != j:
-                L[i, j] = rest / L[j, j]
-            elif rest > 0.0:
-                L[i, i] = np.sqrt(rest)
-            else:
-                return False
-    for i in range(6):
-        step[i] = gradient[i]
-        for k in range(i):
-            step[i] -= L[i, k] * step[k]
-        step[i] /= L[i, i]
-    finite = True
-    for i in range(5, -1, -1):
-        for k in range(i + 1, 6):
-            step[i] -= L[k, i] * step[k]
-        step[i] /= L[i, i]
-        finite &= np.isfinite(step[i])
-    return finite
+    return factorize(information, damping, L) and solve_factorized(L, gradient, step)  # type: ignore[no-any-return]
 
 
 @compiled
