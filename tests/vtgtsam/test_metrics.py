@@ -9,7 +9,16 @@ from hypothesis import strategies as st
 from ycb import ycb_path
 
 from vtgtsam import adds
-from vtgtsam.metrics import add, rotation_error, translation_error
+from vtgtsam.metrics import (
+    Adds,
+    add,
+    add_each,
+    relative_poses,
+    rotation_error,
+    rotation_errors,
+    translation_error,
+    translation_errors,
+)
 from vtgtsam.shapes import CATALOGUE
 
 TENS = st.floats(-10, 10)
@@ -176,3 +185,47 @@ def test_rotation_error_of_a_ball_is_zero():
     rng = np.random.default_rng(5)
     symmetry = CATALOGUE["ball"].symmetry
     assert rotation_error(random_pose(rng), random_pose(rng), symmetry) == 0.0
+
+
+@pytest.mark.parametrize("name", ["mug", "can", "box", "ball"])
+def test_errors_of_many_pairs_are_those_of_each_pair(name):
+    rng, mesh, symmetry = np.random.default_rng(6), CATALOGUE[name].mesh(), CATALOGUE[name].symmetry
+    center = np.array([0.01, 0.02, -0.01])
+    sizes = [0.0, 1e-6, 1e-4, 1e-3, 0.01, 0.1, 10.0] * 3
+    T_true = [random_pose(rng) for _ in sizes]
+    T_est = [T * random_pose(rng, 10 * s, s) for T, s in zip(T_true, sizes, strict=True)]
+    relative = relative_poses(T_est, T_true)
+    pairs = list(zip(T_est, T_true, strict=True))
+    for found, each in (
+        (Adds(mesh).each(relative), lambda pair: libigl_adds(mesh, *pair)),
+        (add_each(mesh, relative), lambda pair: plain_add(mesh, *pair)),
+        (translation_errors(relative, center), lambda pair: translation_error(*pair, center)),
+        (rotation_errors(relative, symmetry), lambda pair: rotation_error(*pair, symmetry)),
+    ):
+        np.testing.assert_allclose(found, [each(pair) for pair in pairs], rtol=1e-12, atol=1e-12)
+
+
+def plain_add(mesh, T_est, T_true):
+    """The definition, in the world frame."""
+    placed = [trimesh.transform_points(mesh.vertices, T.matrix()) for T in (T_est, T_true)]
+    return np.linalg.norm(placed[0] - placed[1], axis=1).mean()
+
+
+def test_errors_of_a_pose_that_is_not_finite_are_nan_and_leave_the_others_alone():
+    mesh = CATALOGUE["mug"].mesh()
+    moved = gtsam.Pose3(gtsam.Rot3.Rz(0.1), [0.001, 0, 0])
+    lost = gtsam.Pose3(gtsam.Rot3(), [np.nan, 0, 0])
+    relative = relative_poses([moved, lost, moved], [gtsam.Pose3()] * 3)
+    for found in (
+        Adds(mesh).each(relative),
+        add_each(mesh, relative),
+        translation_errors(relative, np.zeros(3)),
+    ):
+        np.testing.assert_array_equal(np.isfinite(found), [True, False, True])
+        assert found[0] == pytest.approx(found[2], rel=1e-12)
+
+
+def test_errors_of_no_pairs_are_none():
+    mesh, relative = CATALOGUE["ball"].mesh(), relative_poses([], [])
+    for found in (Adds(mesh).each(relative), add_each(mesh, relative), rotation_errors(relative)):
+        assert found.shape == (0,)

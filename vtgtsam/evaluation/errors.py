@@ -7,10 +7,11 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import gtsam
+import numpy as np
 import pyarrow as pa
 
 from ..estimate import Estimate
-from ..metrics import Adds, add, rotation_error, translation_error
+from ..metrics import Adds, add_each, relative_poses, rotation_errors, translation_errors
 from ..objects import ObjectModel
 from ..recording import Recording
 
@@ -51,35 +52,47 @@ def errors_table(
         return SCHEMA.empty_table(), "no ground truth: estimated, but nothing to compare with"
     if obj.mesh is None:
         return SCHEMA.empty_table(), "the object has no mesh: estimated, but no ADD-S without one"
-    times = [estimate.time for estimate in next(iter(estimates.values()))]
+    times = np.array([estimate.time for estimate in next(iter(estimates.values()))])
     truth = recording.truth_at(times)
-    errors = _Errors(obj)
-    names = {name: about[name] for name in ("sequence", "object", "dataset")}
+    known = [(n, T_true) for n, T_true in enumerate(truth) if T_true is not None]
     rows = [
-        names
-        | {"method": method, "time": estimate.time, "time_rel": estimate.time - times[0]}
-        | {"status": estimate.status, "phase": phase}
-        | ({} if estimate.T_wo is None else errors(estimate.T_wo, T_true))
+        (n, method, of_method[n], T_true)
         for method, of_method in estimates.items()
-        for estimate, phase, T_true in zip(of_method, phases, truth, strict=True)
-        if T_true is not None
+        for n, T_true in known
     ]
-    unknown = sum(T_true is None for T_true in truth)
+    of_frame = np.array([n for n, _, _, _ in rows], dtype=int)
+    names = {name: [about[name]] * len(rows) for name in ("sequence", "object", "dataset")}
+    columns = names | {
+        "method": [method for _, method, _, _ in rows],
+        "time": times[of_frame],
+        "time_rel": times[of_frame] - times[0],
+        **_errors(obj, [estimate.T_wo for _, _, estimate, _ in rows], [T for _, _, _, T in rows]),
+        "status": [estimate.status for _, _, estimate, _ in rows],
+        "phase": [phases[n] for n in of_frame],
+    }
+    unknown = len(truth) - len(known)
     note = f"{unknown} of {len(truth)} frames have no ground truth" if unknown else ""
-    return pa.Table.from_pylist(rows, schema=SCHEMA), note
+    return pa.Table.from_pydict(columns, schema=SCHEMA), note
 
 
-class _Errors:
-    """An estimate's errors. Made anew for each sequence, so that none depends on the one before."""
-
-    def __init__(self, obj: ObjectModel) -> None:
-        self._obj = obj
-        self._adds = Adds(obj.mesh)
-
-    def __call__(self, T_est: gtsam.Pose3, T_true: gtsam.Pose3) -> dict[str, float]:
-        return {
-            "adds_m": self._adds(T_est, T_true),
-            "add_m": add(self._obj.mesh, T_est, T_true),
-            "translation_m": translation_error(T_est, T_true, self._obj.center),
-            "rotation_rad": rotation_error(T_est, T_true, self._obj.symmetry),
-        }
+def _errors(
+    obj: ObjectModel, T_est: Sequence[gtsam.Pose3 | None], T_true: Sequence[gtsam.Pose3]
+) -> dict[str, pa.Array]:
+    """Columns of errors, null where there is no estimate."""
+    there = np.array([T is not None for T in T_est], dtype=bool)
+    relative = relative_poses(
+        [T for T in T_est if T is not None],
+        [true for est, true in zip(T_est, T_true, strict=True) if est is not None],
+    )
+    errors = {
+        "adds_m": Adds(obj.mesh).each(relative),
+        "add_m": add_each(obj.mesh, relative),
+        "translation_m": translation_errors(relative, obj.center),
+        "rotation_rad": rotation_errors(relative, obj.symmetry),
+    }
+    columns = {}
+    for name, values in errors.items():
+        column = np.full(len(there), np.nan)
+        column[there] = values
+        columns[name] = pa.array(column, mask=~there)
+    return columns

@@ -9,8 +9,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .kernels import BLOCK, GROUPS, distances, fill_blocks
+from .fill import BLOCK, fill_blocks
+from .moved import PACKET, alike, cells, sum_distances
+from .points import distances
 from .tree import WIDTH, build_tree
+from .triangles import empty_packet
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -49,6 +52,27 @@ class Surface:
         gaps = np.empty(WIDTH)
         return distances(self.tree, points, start, in_order, gaps)  # type: ignore[no-any-return]
 
+    def mean_distances(self, points: np.ndarray, transforms: np.ndarray) -> np.ndarray:
+        """Mean distance of moved points to their nearest triangles [m], for each transform, shape (N,).
+
+        Args:
+            points: Finite points (P, 3) [m], P > 0.
+            transforms: Rows (R | t) of the transforms that move them, shape (N, 3, 4); where one is not
+                finite, the mean is NaN.
+        """
+        means = np.full(len(transforms), np.nan)
+        finite = np.flatnonzero(np.isfinite(transforms).all(axis=(1, 2)))
+        if len(finite) == 0:
+            return means
+        packet, gaps = empty_packet(PACKET), np.empty(WIDTH)
+        for group in alike(transforms[finite], points):
+            some = finite[group]
+            rows = np.ascontiguousarray(transforms[some].reshape(-1, 12).T)
+            grid = cells(transforms[some], points)
+            sums = sum_distances(self.tree, points, rows, *grid, packet, gaps)
+            means[some] = sums / len(points)
+        return means
+
     def grid_distances(self, ticks: np.ndarray) -> np.ndarray:
         """Distances at the nodes of a cubic grid [m], shape (n, n, n).
 
@@ -60,8 +84,8 @@ class Surface:
         out = np.empty((len(ticks),) * 3)
 
         def fill(start: int) -> None:
-            rows = np.empty((GROUPS, 24, WIDTH))
-            fill_blocks(self.tree, ticks, start, out[start : start + BLOCK], rows, np.empty(WIDTH))
+            packet, gaps = empty_packet(BLOCK**3), np.empty(WIDTH)
+            fill_blocks(self.tree, ticks, start, out[start : start + BLOCK], packet, gaps)
 
         with ThreadPoolExecutor(_processors()) as pool:
             list(pool.map(fill, range(0, len(ticks), BLOCK)))

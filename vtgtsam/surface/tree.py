@@ -21,7 +21,7 @@ class Tree(NamedTuple):
 
     Attributes:
         boxes: Lower and upper corners of each inner node's children [m], shape (nodes, 6, 8).
-        triangles: Rows of ``_describe`` for each leaf's triangles, shape (leaves, 24, 8).
+        triangles: Rows of ``_describe`` for each leaf's triangles, shape (leaves, 19, 8).
         top: Number of the root's children.
     """
 
@@ -82,19 +82,47 @@ def _boxes(corners: np.ndarray, levels: int) -> np.ndarray:
 
 
 def _describe(corners: np.ndarray) -> np.ndarray:
-    """Rows that describe the triangles (F, 3, 3), eight to a leaf, shape (leaves, 24, 8).
+    """Rows that describe the triangles (F, 3, 3), eight to a leaf, shape (leaves, 19, 8).
 
-    Of each: three corners; three inward normals of the edges, in its plane; its normal; one over
-    the squared length of each edge. A triangle without area has no normals and counts as its edges.
+    Each triangle ABC, with AB its longest edge, has a frame of its own: the origin at A, u along AB, v
+    in the plane towards C, w across it. Its rows: w, then u, then v, each a direction and the origin's
+    coordinate along it; the length of AB; direction (u, v) and length of BC; and of AC. Without area, v
+    is any direction across AB, and an edge without length has any direction.
     """
-    edges = np.roll(corners, -1, axis=1) - corners
-    squared = (edges**2).sum(axis=-1)
-    normals = np.cross(edges[:, 0], -edges[:, 2])
-    area = np.linalg.norm(normals, axis=-1)
-    flat = area <= 1e-10 * squared.max(axis=-1)
-    normals /= np.where(flat, 1.0, area)[:, None]
-    normals[flat] = 0.0
-    inward = np.cross(normals[:, None, :], edges)
-    inverse = np.divide(1.0, squared, out=np.zeros_like(squared), where=squared > 0)
-    rows = np.concatenate([corners.reshape(-1, 9), inward.reshape(-1, 9), normals, inverse], axis=1)
-    return np.ascontiguousarray(rows.reshape(-1, WIDTH, 24).transpose(0, 2, 1))
+    lengths = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2)
+    turn = (lengths.argmax(axis=1)[:, None] + np.arange(3)) % 3
+    a, b, c = np.take_along_axis(corners, turn[:, :, None], axis=1).transpose(1, 0, 2)
+    u, ab = _direction(b - a, np.array([1.0, 0.0, 0.0]))
+    across = _across(c - a, u)
+    lowest = np.eye(3)[np.abs(u).argmin(axis=1)]
+    flat = np.linalg.norm(across, axis=1) <= 1e-14 * ab
+    v, _ = _direction(_across(np.where(flat[:, None], lowest, across), u), u)
+    w = np.cross(u, v)
+    frame = [np.append(axis, _dot(axis, a)[:, None], axis=1) for axis in (w, u, v)]
+    edges = []
+    for start, end in ((b, c), (a, c)):
+        edge = np.stack([_dot(end - start, u), _dot(end - start, v)], axis=1)
+        direction, length = _direction(edge, np.array([1.0, 0.0]))
+        edges += [direction, length[:, None]]
+    rows = np.concatenate([*frame, ab[:, None], *edges], axis=1)
+    return np.ascontiguousarray(rows.reshape(-1, WIDTH, rows.shape[1]).transpose(0, 2, 1))
+
+
+def _direction(vectors: np.ndarray, where_zero: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Unit vectors (F, d) along vectors (F, d), and the lengths (F,) of these."""
+    lengths = np.linalg.norm(vectors, axis=1)
+    directions = np.broadcast_to(where_zero, vectors.shape).copy()
+    some = lengths > 0
+    directions[some] = vectors[some] / lengths[some, None]
+    return directions, lengths
+
+
+def _across(vectors: np.ndarray, u: np.ndarray) -> np.ndarray:
+    """Parts of vectors (F, 3) across the directions u (F, 3); taken twice, since once leaves rounding."""
+    for _ in range(2):
+        vectors = vectors - _dot(vectors, u)[:, None] * u
+    return vectors
+
+
+def _dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    return np.asarray((a * b).sum(axis=1))
