@@ -7,6 +7,7 @@ messages are plain objects with the fields of the definition, whichever library 
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable, Mapping
 from functools import cache
@@ -17,7 +18,9 @@ import gtsam
 import numpy as np
 
 # mcap-ros2-support offers the encoder only together with a file writer that cannot be flushed.
-from mcap_ros2._dynamic import generate_dynamic, serialize_dynamic
+from mcap_ros2._dynamic import serialize_dynamic
+
+from .cdr import generate_decoder
 
 JOINT_STATE = "sensor_msgs/msg/JointState"
 TACTILE_PADS = "vtgtsam_msgs/msg/TactilePads"
@@ -77,8 +80,7 @@ def encoder(msgtype: str) -> Callable[[Mapping[str, Any]], bytes]:
 @cache
 def decoder(msgtype: str, text: str | None = None) -> Callable[[bytes], Any]:
     """Function from CDR bytes to a message, by the definition ``text`` or else by our own."""
-    decode: Callable[[bytes], Any] = generate_dynamic(msgtype, text or definition(msgtype))[msgtype]
-    return decode
+    return generate_decoder(msgtype, text or definition(msgtype))
 
 
 def header(stamp_ns: int, frame: str) -> dict[str, Any]:
@@ -108,9 +110,9 @@ def pose_from_fields(pose: Any) -> gtsam.Pose3 | None:
     which all zeros (a message never filled in) is the commonest case.
     """
     p, q = pose.position, pose.orientation
-    numbers = np.array([p.x, p.y, p.z, q.x, q.y, q.z, q.w])
-    norm = np.linalg.norm(numbers[3:])
-    if not np.isfinite(numbers).all() or abs(norm - 1) > QUATERNION_TOLERANCE:
+    norm = math.hypot(q.x, q.y, q.z, q.w)
+    finite = all(map(math.isfinite, (p.x, p.y, p.z, norm)))
+    if not finite or abs(norm - 1) > QUATERNION_TOLERANCE:
         return None
-    x, y, z, w = numbers[3:] / norm
-    return gtsam.Pose3(gtsam.Rot3(w, x, y, z), numbers[:3])
+    rotation = gtsam.Rot3(q.w / norm, q.x / norm, q.y / norm, q.z / norm)
+    return gtsam.Pose3(rotation, np.array([p.x, p.y, p.z]))
