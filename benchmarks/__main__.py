@@ -128,6 +128,18 @@ def evaluation(
 
 
 @app.command()
+def field(
+    largest: Annotated[
+        int, typer.Option(min=32, help="Nodes a side of the finest grid, up to 512.")
+    ] = 256,
+) -> None:
+    """Time distance fields, built and from the cache, and compare them with exact distances."""
+    from .field import run
+
+    run(largest)
+
+
+@app.command()
 def exactness(
     stored: Annotated[Path, typer.Argument(help="File of starts and poses, .npz.")],
     recordings: Annotated[

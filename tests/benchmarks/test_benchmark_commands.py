@@ -5,9 +5,20 @@ import json
 import os
 
 import pytest
+from held_box import write_grasp
 from typer.testing import CliRunner
 
-from benchmarks import accuracy, floor, problems, report, scaling, soak, speed
+from benchmarks import (
+    accuracy,
+    evaluation,
+    field,
+    floor,
+    problems,
+    report,
+    scaling,
+    soak,
+    speed,
+)
 from benchmarks.__main__ import app
 
 
@@ -81,3 +92,31 @@ def test_soak_reports_growth(results, monkeypatch):
     monkeypatch.setattr(soak, "CYCLE", 20)
     assert "memory grew by" in run("soak", "--frames", "100")
     assert len(json.loads((results / "soak.json").read_text())["samples"]) == 50
+
+
+def test_field_is_compared_with_exact_distances_and_read_from_the_cache(results, monkeypatch):
+    monkeypatch.setattr(field, "RESOLUTIONS", (8, 16, 32))
+    monkeypatch.setattr(field, "POINTS", 200)
+    monkeypatch.setattr(field, "REPEATS", 1)
+    assert "with a hole" in run("field", "--largest", "32")
+    data = json.loads((results / "field.json").read_text())
+    assert [row["nodes a side"] for row in data["rows"]] == [8, 16, 32] * 2
+    for row in data["rows"]:
+        assert row["error at nodes"] < 1e-4
+        assert row["right signs [%]"] == 100
+    assert data["rows"][2]["error between nodes"] < 1
+    assert (results / "field.png").stat().st_size > 1000
+
+
+def test_evaluation_names_the_parts_the_speed_up_and_the_slope(results, monkeypatch, tmp_path):
+    monkeypatch.setattr(evaluation, "SEQUENCES", (1, 2, 3))
+    monkeypatch.setattr(evaluation, "JOBS", (1,))
+    recordings = tmp_path / "recordings"
+    recordings.mkdir()
+    write_grasp(recordings / "one.mcap")
+    assert "Slope in the number of sequences" in run("evaluation", "--recordings", str(recordings))
+    data = json.loads((results / "evaluation.json").read_text())
+    assert [row["sequences"] for row in data["batches"]] == [1, 2, 3]
+    assert all(row["speed-up, whole call"] == 1 for row in data["batches"])
+    assert all(data["parts"][0][part] > 0 for part in evaluation.PARTS)
+    assert (results / "evaluation_parts.png").exists()
