@@ -50,4 +50,4 @@ def bop_lines(
 
 
 def _numbers(values: np.ndarray) -> str:
-    return " ".join(repr(float(value)) for value in values.ravel())
+    return " ".join(map(repr, values.ravel().tolist()))

@@ -47,11 +47,22 @@ def estimates_table(
         estimates: Each method's estimates, one a frame.
         contacts: Contact bits of each frame in the hand's pad order, shape (N, K).
     """
-    rows: list[dict[str, Any]] = []
-    for method, of_method in estimates.items():
-        for estimate, bits in zip(of_method, contacts, strict=True):
-            rows.append(_row(method, estimate, of_method[0].time, bits))
-    return pa.Table.from_pylist(rows, schema=SCHEMA)
+    every = [estimate for of_method in estimates.values() for estimate in of_method]
+    covariances = np.array([estimate.covariance for estimate in every]).reshape(-1, 6, 6)
+    bits = np.tile(np.asarray(contacts, dtype=bool).reshape(len(contacts), -1), (len(estimates), 1))
+    columns = {
+        "method": [method for method, of_method in estimates.items() for _ in of_method],
+        "time": [estimate.time for estimate in every],
+        "time_rel": [
+            e.time - of_method[0].time for of_method in estimates.values() for e in of_method
+        ],
+        **_poses([estimate.T_wo for estimate in every]),
+        **dict(zip(COVARIANCE, covariances[:, *np.triu_indices(6)].T, strict=True)),
+        "status": [estimate.status for estimate in every],
+        "visual_weight": [estimate.visual_weight for estimate in every],
+        "contacts": bits.tolist(),
+    }
+    return pa.Table.from_pydict(columns, schema=SCHEMA)
 
 
 def poses(rows: Sequence[Mapping[str, Any]]) -> list[gtsam.Pose3 | None]:
@@ -59,21 +70,17 @@ def poses(rows: Sequence[Mapping[str, Any]]) -> list[gtsam.Pose3 | None]:
     return [None if row["x"] is None else _pose(row) for row in rows]
 
 
-def _row(method: str, estimate: Estimate, start: float, bits: np.ndarray) -> dict[str, Any]:
-    row = {
-        "method": method,
-        "time": estimate.time,
-        "time_rel": estimate.time - start,
-        "status": estimate.status,
-        "visual_weight": estimate.visual_weight,
-        "contacts": [bool(bit) for bit in bits],
+def _poses(T_wo: Sequence[gtsam.Pose3 | None]) -> dict[str, pa.Array]:
+    """Columns of translations [m] and quaternions, null where there is no pose."""
+    there = np.array([T is not None for T in T_wo], dtype=bool)
+    numbers = np.full((len(there), len(POSE)), np.nan)
+    for n, T in enumerate(T_wo):
+        if T is not None:
+            quaternion: Any = T.rotation().toQuaternion()
+            numbers[n] = [*T.translation(), *quaternion.coeffs()]  # coeffs: xyzw
+    return {
+        name: pa.array(column, mask=~there) for name, column in zip(POSE, numbers.T, strict=True)
     }
-    if estimate.T_wo is not None:
-        quaternion: Any = estimate.T_wo.rotation().toQuaternion()
-        numbers = [*estimate.T_wo.translation(), *quaternion.coeffs()]  # coeffs: xyzw
-        row |= dict(zip(POSE, numbers, strict=True))
-    upper = np.asarray(estimate.covariance)[np.triu_indices(6)]
-    return row | dict(zip(COVARIANCE, upper.tolist(), strict=True))
 
 
 def _pose(row: Mapping[str, Any]) -> gtsam.Pose3:
