@@ -2,7 +2,9 @@
 """Does a change of the code change a pose? Each frame solved again from a stored start, next to the stored pose.
 
 Write the file with the code before the change, compare with the code after it. Settings are stored with the poses,
-so that a change of the defaults does not count.
+so that a change of the defaults does not count. A pose that moved is solved again from starts that differ in their last
+bits: where these move it as far, only rounding has changed (a step that is taken or not by a hair, or a direction that
+nothing holds).
 """
 
 from __future__ import annotations
@@ -21,6 +23,7 @@ from . import problems
 from .ours import Ours
 
 SAME = 1e-9  # largest difference of an entry of a pose's matrix [1] or [m]
+DRAWS = 20  # starts that differ in their last bits
 FRAMES = 300  # of each benchmark problem
 
 Case = tuple[str, PoseEstimator, list[Measurement]]
@@ -62,12 +65,28 @@ def compare(stored: Path, recordings: Path | None) -> None:
                 estimator = PoseEstimator(estimator.hand, estimator.obj, settings)
             poses = solve_each(estimator, frames, arrays[f"{name} starts"])
             apart = np.abs(poses - arrays[f"{name} poses"]).max(axis=(1, 2))
-            changed = np.flatnonzero(~((apart <= SAME) | np.isnan(apart)))
-            changed_frames = f", frames {changed.tolist()[:10]}" if len(changed) else ""
-            print(f"{name}: {len(poses)} frames, at most {np.nanmax(apart):.1e}{changed_frames}")
+            moved = np.flatnonzero(~((apart <= SAME) | np.isnan(apart)))
+            starts = arrays[f"{name} starts"]
+            changed = [
+                n
+                for n in moved
+                if apart[n] > 10 * rounding(estimator, frames[n], starts[n], poses[n])
+            ]
+            words = f", {len(moved) - len(changed)} frames by rounding" if len(moved) else ""
+            words += f", frames {changed[:10]} otherwise" if changed else ""
+            print(f"{name}: {len(poses)} frames, at most {np.nanmax(apart):.1e}{words}")
             differs |= len(changed) > 0
     if differs:
         raise SystemExit(f"poses differ by more than {SAME}")
+
+
+def rounding(
+    estimator: PoseEstimator, frame: Measurement, start: np.ndarray, pose: np.ndarray
+) -> float:
+    """How far a frame's pose moves if its start (4, 4) is changed in the last bits."""
+    rng, starts = np.random.default_rng(0), np.tile(start, (DRAWS, 1, 1))
+    starts[:, :3, 3] *= 1 + rng.integers(-2, 3, (DRAWS, 3)) * np.finfo(float).eps
+    return float(np.abs(solve_each(estimator, [frame] * DRAWS, starts) - pose).max())
 
 
 def cases(recordings: Path | None) -> Iterator[Case]:

@@ -110,7 +110,7 @@ def pose_from_fields(pose: Any) -> gtsam.Pose3 | None:
     which all zeros (a message never filled in) is the commonest case.
     """
     p, q = pose.position, pose.orientation
-    norm = math.hypot(q.x, q.y, q.z, q.w)
+    norm = math.sqrt(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w)
     finite = all(map(math.isfinite, (p.x, p.y, p.z, norm)))
     if not finite or abs(norm - 1) > QUATERNION_TOLERANCE:
         return None
