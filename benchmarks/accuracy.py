@@ -70,7 +70,11 @@ two. The first ten frames are left out.
 def agreements(problem: Problem, theseus: bool) -> list[dict[str, Any]]:
     """Each solver's largest differences to the reference."""
     reference = Reference(problem)
-    solvers: list[Solver] = [Ours(problem, "fixed-damping"), Ours(problem, "lm")]
+    solvers: list[Solver] = [
+        Ours(problem, solver, engine=engine)
+        for engine in ("compiled", "gtsam")
+        for solver in ("fixed-damping", "lm")
+    ]
     if theseus:
         solvers += [
             TheseusProcess(problem, "Theseus float64", dtype="float64"),
@@ -107,7 +111,11 @@ def tracking(obj: ObjectModel, frames: int, theseus: bool) -> list[dict[str, Any
     rows = []
     for setting, values in SETTINGS.items():
         problem = problems.sequence(frames, sdf=obj.sdf, **values)
-        solvers: list[Solver] = [Ours(problem, "lm"), Ours(problem, "fixed-damping")]
+        solvers: list[Solver] = [
+            Ours(problem, solver, engine=engine)
+            for engine in ("compiled", "gtsam")
+            for solver in ("lm", "fixed-damping")
+        ]
         if theseus:
             solvers.append(TheseusProcess(problem, "Theseus float32"))
         adds = Adds(obj.mesh)
