@@ -34,8 +34,8 @@ logger = logging.getLogger(__name__)
 class PoseEstimator:
     """Where the object is, frame by frame.
 
-    Poses, contacts and joints in memory: no files, no simulator. Use one thread at a time per estimator; the
-    interpreter lock is held while it solves.
+    Poses, contacts and joints in memory: no files, no simulator. Use one thread at a time per estimator. The
+    interpreter lock is let go of during compiled steps and held while GTSAM's optimiser runs (``config.engine``).
 
     Args:
         hand: The hand with its pads; a plain ``PadSet`` needs ``Measurement.T_wp`` in every frame.
