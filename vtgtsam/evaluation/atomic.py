@@ -8,14 +8,14 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-_SUFFIX = ".tmp"
+LEFTOVER = ".tmp"  # ends the names of temporary files, which begin with a dot
 
 
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
     """Give a temporary path beside ``path`` to write to, and move it there when all went well."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    temporary = path.with_name(f".{path.name}.{os.getpid()}{_SUFFIX}")
+    temporary = path.with_name(f".{path.name}.{os.getpid()}{LEFTOVER}")
     try:
         yield temporary
         os.replace(temporary, path)
@@ -31,5 +31,5 @@ def write_text(path: Path, text: str) -> None:
 
 def remove_leftovers(folder: Path) -> None:
     """Remove the temporary files of a run that was killed."""
-    for leftover in folder.rglob(f".*{_SUFFIX}"):
+    for leftover in folder.rglob(f".*{LEFTOVER}"):
         leftover.unlink(missing_ok=True)

@@ -127,7 +127,8 @@ def run(
         if progress is not None:
             progress(outcome, len(tasks))
     write_text(folder / store.CONFIG, _config_yaml(configs, given))
-    return _collect(folder, [outcomes[sequence] for sequence in found], list(configs))
+    ordered = [outcomes[sequence] for sequence in found]
+    return _collect(folder, ordered, list(configs), jobs, scheduler)
 
 
 def _prepare(out: Path, sequences: set[str]) -> None:
@@ -140,14 +141,16 @@ def _prepare(out: Path, sequences: set[str]) -> None:
         store.forget(out, sequence)
 
 
-def _collect(out: Path, outcomes: list[Outcome], methods: list[str]) -> Tables:
+def _collect(
+    out: Path, outcomes: list[Outcome], methods: list[str], jobs: int, scheduler: str | None
+) -> Tables:
     """Put the sequences' results together, in the order of their ids."""
     remove_leftovers(out)  # of a cluster's worker that died
     done = [outcome for outcome in outcomes if not outcome.problem]
     parts = [store.metrics_path(out, outcome.sequence) for outcome in done]
     concatenate(parts, out / store.METRICS, SCHEMA)
     write_csv(out / store.SEQUENCES, _sequences_table(outcomes))
-    export(out, [outcome.about for outcome in done], methods)
+    export(out, [outcome.about for outcome in done], methods, jobs, scheduler)
     return make_tables(out)
 
 
