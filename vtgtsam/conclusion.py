@@ -8,12 +8,15 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .compiled import compiled
-from .covariance import covariance_of
+from .covariance import all_held, covariance_of
 from .factors import hand
 from .factors.tactile import tactile_loss
 from .handles import array1, array3
 from .objective import Objective, linearize, linearize_hand
 from .sdf.search import ALWAYS, NOT, closest_on_pads, points_in_world
+
+REJECTED = 1e-3  # below this visual weight the visual pose pulls less than the damping holds
+HELD = 1e-3  # a direction counts as held with this share of the best direction's information
 
 
 class Conclusion(NamedTuple):
@@ -25,9 +28,7 @@ class Conclusion(NamedTuple):
         pad_weights: How much each contact counts after its robust loss, 0 without contact, shape (K,).
         contact_points_w: Each pad's closest point in the world [m], shape (K, 3).
         covariance: Of the pose, see ``covariance_of``, shape (6, 6).
-        information: J'WJ of all terms, undamped, with their robust weights, shape (6, 6), rotation first.
-        gradient: -J'Wr of all terms, shape (6,).
-        of_hand: J'WJ of the hand's terms alone, shape (6, 6).
+        held: Whether the hand's terms alone hold the pose in all directions; only where vision does not.
     """
 
     visual_weight: float
@@ -35,9 +36,7 @@ class Conclusion(NamedTuple):
     pad_weights: np.ndarray
     contact_points_w: np.ndarray
     covariance: np.ndarray
-    information: np.ndarray
-    gradient: np.ndarray
-    of_hand: np.ndarray
+    held: bool
 
 
 def conclude(objective: Objective, T_wo: np.ndarray) -> Conclusion:
@@ -51,8 +50,11 @@ def _conclude(T_wo: Any, points_p: Any, of_visual: Any, of_hand: Any, of_search:
     """The numbers of a ``Conclusion``."""
     information, gradient = np.empty((6, 6)), np.empty(6)
     _, visual_weight = linearize(T_wo, of_visual, of_hand, of_search, information, gradient)
-    hand_alone = np.zeros((6, 6))
-    linearize_hand(of_hand, hand_alone, np.zeros(6))
+    held = False
+    if visual_weight < REJECTED:
+        hand_alone = np.zeros((6, 6))
+        linearize_hand(of_hand, hand_alone, np.zeros(6))
+        held = all_held(hand_alone, HELD)
 
     T_wp, asked = array3(of_hand, hand.T_WP, np.float64), array1(of_hand, hand.ASKED, np.int8)
     distances = array1(of_hand, hand.DISTANCES, np.float64).copy()
@@ -66,5 +68,4 @@ def _conclude(T_wo: Any, points_p: Any, of_visual: Any, of_hand: Any, of_search:
             _, left[k] = tactile_loss(distances[k], weights[hand.TACTILE], weights[hand.THETA])
     closest_on_pads(T_wo, T_wp, missing, distances, np.empty((len(asked), 6)), indices, of_search)
     points_w = points_in_world(T_wp, points_p, indices)
-    covariance = covariance_of(information)
-    return visual_weight, distances, left, points_w, covariance, information, gradient, hand_alone
+    return visual_weight, distances, left, points_w, covariance_of(information), held

@@ -17,15 +17,24 @@ _ROUNDING = 1e-9  # an eigenvalue this far below the largest is rounding
 _NOTHING = 1e-12  # [1/m^2], less is no information: a standard deviation of 1000 km
 
 
-def held_directions(information: np.ndarray, share: float) -> int:
-    """In how many of the six directions the information is at least ``share`` of that in the best one.
+@compiled
+def all_held(information: Any, share: float) -> bool:
+    """Whether in all six directions the information is at least ``share`` of that in the best one.
 
     Args:
         information: Information about a pose, (6, 6), rotation [1/rad^2] first, then translation [1/m^2].
         share: Smallest share of the largest eigenvalue, after scaling radians to metres with ``LEVER``.
     """
-    eigenvalues = np.linalg.eigvalsh(information * np.outer(_SCALE, _SCALE))
-    return int((eigenvalues > max(share * eigenvalues[-1], _NOTHING)).sum())
+    scaled = np.empty((6, 6))
+    least, most = np.inf, 0.0
+    for i in range(6):
+        for j in range(6):
+            scaled[i, j] = _SCALE[i] * information[i, j] * _SCALE[j]
+        least, most = min(least, scaled[i, i]), max(most, scaled[i, i])
+    if least <= max(share * most, _NOTHING):  # eigenvalues reach at least as far as the diagonal
+        return False
+    eigenvalues = np.linalg.eigvalsh(scaled)
+    return eigenvalues[0] > max(share * eigenvalues[-1], _NOTHING)  # type: ignore[no-any-return]
 
 
 @compiled

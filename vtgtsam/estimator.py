@@ -52,6 +52,7 @@ class PoseEstimator:
         self._objective = Objective(hand, obj, self.config)
         self._solve = new_solver(self._objective, self.config)
         self._T_wo: gtsam.Pose3 | None = None
+        self._T_start: np.ndarray | None = None  # the same pose
         self._warm_up()
 
     def reset(self, T_wo: gtsam.Pose3 | None = None) -> None:
@@ -59,6 +60,7 @@ class PoseEstimator:
         if T_wo is not None:
             require_pose(T_wo, "T_wo")
         self._T_wo = T_wo
+        self._T_start = None if T_wo is None else matrix_of(T_wo)
 
     def update(self, measurement: Measurement) -> Estimate:
         """Fuse one frame.
@@ -74,15 +76,15 @@ class PoseEstimator:
         if frame.invalid:
             logger.warning("t = %s: not finite, so not used: %s", frame.time, frame.invalid)
             return self._without_solving(frame, "invalid")
-        start = frame.T_wo_visual if self._T_wo is None else self._T_wo
+        start = frame.visual_matrix if self._T_start is None else self._T_start
         if start is None:
             return self._without_solving(frame, "waiting")
         self._objective.place(frame)
         if self.config.method == "vis":
-            estimate = self._as_seen(frame, start)
+            solution, estimate = self._as_seen(frame, start)
         else:
-            estimate = self._fused(frame, start)
-        self._T_wo = estimate.T_wo
+            solution, estimate = self._fused(frame, start)
+        self._T_wo, self._T_start = estimate.T_wo, solution.T_wo
         return estimate
 
     def _warm_up(self) -> None:
@@ -96,33 +98,31 @@ class PoseEstimator:
         self.update(measurement)
         self.reset()
 
-    def _fused(self, frame: Frame, start: gtsam.Pose3) -> Estimate:
-        estimate = self._solved(frame, start)
-        if estimate.status == "lost" and self.config.recover and frame.T_wo_visual is not None:
+    def _fused(self, frame: Frame, start: np.ndarray) -> tuple[Solution, Estimate]:
+        solution, estimate = self._solved(frame, start)
+        if estimate.status == "lost" and self.config.recover and frame.visual_matrix is not None:
             logger.info("t = %s: lost, starting again from vision", frame.time)
-            estimate = self._solved(frame, frame.T_wo_visual)
-        return estimate
+            return self._solved(frame, frame.visual_matrix)
+        return solution, estimate
 
-    def _solved(self, frame: Frame, start: gtsam.Pose3) -> Estimate:
-        T_start = matrix_of(start)
-        solution = self._solve(frame, T_start)
-        return self._estimate(frame, gtsam.Pose3(solution.T_wo), T_start, solution)
+    def _solved(self, frame: Frame, start: np.ndarray) -> tuple[Solution, Estimate]:
+        solution = self._solve(frame, start)
+        return solution, self._estimate(frame, solution)
 
-    def _as_seen(self, frame: Frame, start: gtsam.Pose3) -> Estimate:
+    def _as_seen(self, frame: Frame, start: np.ndarray) -> tuple[Solution, Estimate]:
         """Method ``vis``: the visual pose as it is, the last one where there is none this frame."""
-        T_wo = start if frame.T_wo_visual is None else frame.T_wo_visual
-        solution = Solution(matrix_of(T_wo), 0, 0.0)
-        return self._estimate(frame, T_wo, solution.T_wo, solution)
+        T_wo = start if frame.visual_matrix is None else frame.visual_matrix
+        solution = Solution(T_wo, moved=False, iterations=0, error=0.0)
+        return solution, self._estimate(frame, solution)
 
-    def _estimate(
-        self, frame: Frame, T_wo: gtsam.Pose3, T_start: np.ndarray, solution: Solution
-    ) -> Estimate:
+    def _estimate(self, frame: Frame, solution: Solution) -> Estimate:
         known = conclude(self._objective, solution.T_wo)
+        seen = frame.visual_matrix is not None
         return Estimate(
             time=frame.time,
-            T_wo=T_wo,
+            T_wo=gtsam.Pose3(solution.T_wo),
             covariance=known.covariance,
-            status=diagnose(known, T_start, solution, seen=frame.T_wo_visual is not None),
+            status=diagnose(self._objective, solution, known, seen),
             iterations=solution.iterations,
             error=solution.error,
             visual_weight=known.visual_weight,

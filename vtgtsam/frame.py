@@ -5,8 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import gtsam
 import numpy as np
@@ -20,11 +19,15 @@ from .pads import PadSet
 
 _ORTHONORMAL = 1e-4  # largest deviation of R'R from I that still counts as rounding
 _SYMMETRIC = 1e-6  # largest relative difference of two entries that should be equal
-_POSE, _NO_POSE, _NOT_FINITE = 0, 1, 2
+_POSE, _NO_POSE, _NOT_FINITE = 0, 1, 2  # of one matrix
+_PADS_NOT_FINITE, _PADS_NO_POSE, _VISUAL = 1, 2, 4  # of a frame's
+_IDENTITY = np.eye(4)
+_NO_POSES = (
+    "T_wp must hold poses: rotation orthonormal, last row 0 0 0 1; check for transposed matrices"
+)
 
 
-@dataclass(frozen=True, eq=False)
-class Frame:
+class Frame(NamedTuple):
     """One frame's measurements as arrays.
 
     Attributes:
@@ -70,11 +73,16 @@ def check(measurement: Measurement, hand: PadSet, use_visual_covariance: bool = 
     if not math.isfinite(measurement.time):
         invalid.append("time")
     try:
-        T_wp = pad_poses(measurement, hand)
+        T_wp = _given_pad_poses(measurement, hand)
     except NotFiniteError:
         T_wp = np.full((len(hand), 4, 4), np.nan)
+    faults = _faults(T_wp, _IDENTITY if matrix is None else matrix)
+    if faults & _PADS_NOT_FINITE:
+        T_wp = np.full((len(hand), 4, 4), np.nan)
         invalid.append("joints, T_wh or T_wp")
-    if matrix is not None and _fault(matrix) != _POSE:
+    elif faults & _PADS_NO_POSE:
+        raise ValueError(_NO_POSES)
+    if faults & _VISUAL:
         invalid.append("T_wo_visual")
     covariance, name = _visual_covariance(measurement, use_visual_covariance)
     whitening = None if covariance is None else np.zeros((6, 6))
@@ -159,7 +167,7 @@ def contact_bits(contacts: ArrayLike | Mapping[str, bool], names: tuple[str, ...
                 f"contacts must name every pad, missing: {', '.join(missing)}; got {sorted(contacts)}"
             )
         contacts = [contacts[name] for name in names]
-    bits = np.asarray(contacts)
+    bits = np.array(contacts)  # compiled code wants its own
     if bits.shape != (len(names),):
         raise ValueError(
             f"contacts must have shape ({len(names)},), one bit a pad, got {bits.shape}"
@@ -180,6 +188,17 @@ def pad_poses(measurement: Measurement, hand: PadSet) -> np.ndarray:
         ValueError: Neither pad poses nor (for a hand with kinematics) joints are given, or they are malformed.
         NotFiniteError: A joint angle or a pose is not finite.
     """
+    T_wp = _given_pad_poses(measurement, hand)
+    faults = _faults(T_wp, _IDENTITY)
+    if faults & _PADS_NOT_FINITE:
+        raise NotFiniteError("the pad poses that T_wp, or joints and T_wh give are not finite")
+    if faults & _PADS_NO_POSE:
+        raise ValueError(_NO_POSES)
+    return T_wp
+
+
+def _given_pad_poses(measurement: Measurement, hand: PadSet) -> np.ndarray:
+    """The same, not yet known to be poses."""
     if measurement.T_wp is None:
         from .hand import HandModel  # brings MuJoCo, which a PadSet does without
 
@@ -189,30 +208,26 @@ def pad_poses(measurement: Measurement, hand: PadSet) -> np.ndarray:
             )
         if measurement.joints is None:
             raise ValueError("the measurement has neither joints nor T_wp; give one of them")
-        T_wp = hand.pad_transforms(measurement.joints, measurement.T_wh)
-        if _faults(T_wp) == _NOT_FINITE:
-            raise NotFiniteError("the pad poses that joints and T_wh give are not finite")
-        return T_wp
+        return hand.pad_transforms(measurement.joints, measurement.T_wh)
     T_wp = np.array(measurement.T_wp, dtype=np.float64, order="C")  # compiled code wants its own
     if T_wp.shape != (len(hand), 4, 4):
         raise ValueError(f"T_wp must have shape ({len(hand)}, 4, 4), got {T_wp.shape}")
-    fault = _faults(T_wp)
-    if fault == _NOT_FINITE:
-        raise NotFiniteError("T_wp is not finite")
-    if fault == _NO_POSE:
-        raise ValueError(
-            "T_wp must hold poses: rotation orthonormal, last row 0 0 0 1; check for transposed matrices"
-        )
     return T_wp
 
 
 @compiled
-def _faults(matrices: Any) -> int:
-    """What keeps matrices (N, 4, 4) from being poses: the worst ``_fault``."""
-    worst = _POSE
-    for n in range(len(matrices)):
-        worst = max(worst, _fault(matrices[n]))
-    return worst
+def _faults(T_wp: Any, T_visual: Any) -> int:
+    """What keeps pads' matrices (K, 4, 4) and a visual one (4, 4) from being poses: a sum of the faults' numbers."""
+    found = 0
+    for n in range(len(T_wp)):
+        fault = _fault(T_wp[n])
+        if fault == _NOT_FINITE:
+            found |= _PADS_NOT_FINITE
+        elif fault == _NO_POSE:
+            found |= _PADS_NO_POSE
+    if _fault(T_visual) != _POSE:
+        found |= _VISUAL
+    return found
 
 
 @compiled

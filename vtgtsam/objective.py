@@ -19,6 +19,8 @@ from .objects import ObjectModel
 from .pads import PadSet
 from .sdf.closest import ClosestPoints
 
+_IDENTITY = np.eye(4)
+
 
 class Objective:
     """A frame's terms: the visual one and the hand's.
@@ -46,9 +48,15 @@ class Objective:
 
     def place(self, frame: Frame) -> None:
         """Begin a frame."""
-        self.hand.place(frame.T_wp, frame.touching)
-        whitening = self._whitening if frame.visual_whitening is None else frame.visual_whitening
-        self.visual.place(frame.visual_matrix, whitening)
+        matrix, whitening = frame.visual_matrix, frame.visual_whitening
+        _place(
+            frame.T_wp,
+            frame.touching,
+            matrix is not None,
+            _IDENTITY if matrix is None else matrix,
+            self._whitening if whitening is None else whitening,
+            *self.tables[:2],
+        )
 
 
 def hand_weights(config: EstimatorConfig) -> HandWeights:
@@ -58,6 +66,21 @@ def hand_weights(config: EstimatorConfig) -> HandWeights:
         penetration=0.0 if config.method == "vis" else config.w_pen,
         tactile_theta=theta(config.log_theta_tac),
     )
+
+
+@compiled
+def _place(
+    T_wp: Any,
+    touching: Any,
+    seen: bool,
+    T_visual: Any,
+    whitening: Any,
+    of_visual: Any,
+    of_hand: Any,
+) -> None:
+    """Begin a frame."""
+    hand.place_hand(T_wp, touching, of_hand)
+    visual.place_visual(seen, T_visual, whitening, of_visual)
 
 
 @compiled

@@ -17,4 +17,6 @@ def test_the_program_of_the_page_finds_a_pose_between_vision_and_its_own_factor(
     x = found["T_wo"].translation()[0]
     assert isinstance(found["graph"], gtsam.NonlinearFactorGraph)
     assert 0.1001 < x < 0.1099
-    np.testing.assert_allclose(found["T_wo"].translation()[1:], [0.05, 0.10], atol=3e-3)  # a pad is in it
+    np.testing.assert_allclose(
+        found["T_wo"].translation()[1:], [0.05, 0.10], atol=3e-3
+    )  # a pad is in it

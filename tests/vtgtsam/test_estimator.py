@@ -16,11 +16,13 @@ from vtgtsam import (
     Pad,
     PadSet,
     PoseEstimator,
+    conclusion,
     load_hand,
+    objective,
 )
 from vtgtsam.covariance import covariance_of
 from vtgtsam.factors.hand import terms_at
-from vtgtsam.frame import _fault, _faults, _whiten, check
+from vtgtsam.frame import _faults, _whiten, check
 from vtgtsam.objective import Objective, cost, linearize
 from vtgtsam.sdf.closest import ClosestPoints
 from vtgtsam.sdf.search import closest_on_pads, points_in_world
@@ -377,7 +379,8 @@ def test_a_hand_with_kinematics_is_the_same_hand_with_given_pad_poses():
 def test_nothing_is_compiled_after_construction(method, solver, engine):
     pads, obj, measurement, _ = frame(16)
     functions = [closest_on_pads, points_in_world, covariance_of, terms_at, cost, linearize]
-    functions += [steps.levenberg_marquardt, steps.fixed_damping, _fault, _faults, _whiten]
+    functions += [steps.levenberg_marquardt, steps.fixed_damping, _faults, _whiten]
+    functions += [conclusion._conclude, objective._place]
     config = EstimatorConfig.tuned(method=method, solver=solver, engine=engine)
     estimator = PoseEstimator(pads, obj, config)
     compiled = [len(function.signatures) for function in functions]
@@ -387,6 +390,9 @@ def test_nothing_is_compiled_after_construction(method, solver, engine):
     far = gtsam.Pose3(gtsam.Rot3(), np.full(3, 9.0))
     estimator.update(replace(measurement, T_wo_visual=None))  # waiting
     estimator.update(replace(measurement, T_wp=T_wp))
+    bits = np.repeat(measurement.contacts, 2)[::2]
+    bits.flags.writeable = False
+    estimator.update(replace(measurement, contacts=bits))
     estimator.update(replace(measurement, visual_covariance=covariance))
     estimator.update(replace(measurement, visual_sigma=(0.1, 0.01)))
     estimator.update(replace(measurement, time=np.nan))  # invalid

@@ -24,7 +24,7 @@ import numpy as np
 from ..compiled import compiled, copy_matrix
 from ..handles import Handles, array1, array2, array3
 from ..sdf.closest import ClosestPoints, PadContacts
-from ..sdf.search import ALWAYS, closest_on_pads
+from ..sdf.search import ALWAYS, IF_INSIDE, closest_on_pads
 from .checked import filled_factor
 from .penetration import penetration_loss
 from .tactile import tactile_loss
@@ -82,13 +82,22 @@ class HandTerms:
 
     def place(self, T_wp: np.ndarray, touching: np.ndarray) -> None:
         """Begin a frame: pad poses in the world, shape (K, 4, 4), and contact bits, bool, shape (K,)."""
-        self.closest.place(T_wp, touching)
-        self._before[0, 0] = np.nan
+        place_hand(T_wp, touching, self.handles.table)
 
 
 # The arrays of ``HandTerms.handles``, in order: the pose that the terms are for, their weights, ...
 BEFORE, WEIGHTS, LOSSES, ROWS, ROW_JACOBIANS, T_WP, ASKED, DISTANCES, JACOBIANS, INDICES = range(10)
 TACTILE, PENETRATION, THETA = range(3)  # places in the weights
+
+
+@compiled
+def place_hand(T_wp: Any, touching: Any, terms: Any) -> None:
+    """Begin a frame: see ``HandTerms.place``; ``terms`` is the table of ``HandTerms.handles``."""
+    poses, asked = array3(terms, T_WP, np.float64), array1(terms, ASKED, np.int8)
+    for k in range(len(asked)):
+        copy_matrix(T_wp[k], poses[k])
+        asked[k] = ALWAYS if touching[k] else IF_INSIDE
+    array2(terms, BEFORE, np.float64)[0, 0] = np.nan
 
 
 @compiled

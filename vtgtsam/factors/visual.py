@@ -16,13 +16,14 @@ from typing import Any
 import gtsam
 import numpy as np
 
-from ..compiled import compiled
+from ..compiled import compiled, copy_matrix
 from ..handles import Handles, array1, array2
 from ..se3 import inverse_left_jacobian, log_between
 
 # The arrays of ``VisualTerm.handles``, in order.
 POSE, WHITENING, SETTINGS, ROWS, ROW_JACOBIANS = range(5)
 PRESENT, THETA = range(2)  # places in the settings
+_IDENTITY = np.eye(4)
 
 
 class VisualTerm:
@@ -36,11 +37,8 @@ class VisualTerm:
     """
 
     def __init__(self, theta: float) -> None:
-        self._pose, self._whitening = np.eye(4), np.zeros((6, 6))
-        self._settings = np.array([0.0, theta])
-        self.handles = Handles(
-            self._pose, self._whitening, self._settings, np.zeros(6), np.zeros((6, 6))
-        )
+        settings = np.array([0.0, theta])
+        self.handles = Handles(np.eye(4), np.zeros((6, 6)), settings, np.zeros(6), np.zeros((6, 6)))
 
     def place(self, T_wo_visual: np.ndarray | None, whitening: np.ndarray) -> None:
         """Begin a frame.
@@ -49,9 +47,16 @@ class VisualTerm:
             T_wo_visual: The pose that the tracker reports, (4, 4), or None.
             whitening: R with R'R the information about it, (6, 6), rotation first.
         """
-        self._settings[PRESENT] = T_wo_visual is not None
-        if T_wo_visual is not None:
-            self._pose[...], self._whitening[...] = T_wo_visual, whitening
+        seen = T_wo_visual is not None
+        place_visual(seen, T_wo_visual if seen else _IDENTITY, whitening, self.handles.table)
+
+
+@compiled
+def place_visual(seen: bool, T_wo_visual: Any, whitening: Any, visual: Any) -> None:
+    """Begin a frame: see ``VisualTerm.place``; where no pose is ``seen``, T_wo_visual is any matrix."""
+    array1(visual, SETTINGS, np.float64)[PRESENT] = seen
+    copy_matrix(T_wo_visual, array2(visual, POSE, np.float64))
+    copy_matrix(whitening, array2(visual, WHITENING, np.float64))
 
 
 @compiled

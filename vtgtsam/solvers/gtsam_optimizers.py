@@ -17,21 +17,22 @@ def solve(
     graph: gtsam.NonlinearFactorGraph, key: int, T_wo: np.ndarray, config: EstimatorConfig
 ) -> Solution:
     """Minimise the graph's cost over the one pose ``key``, starting at T_wo (4, 4)."""
-    values = gtsam.Values()
-    values.insert(key, gtsam.Pose3(T_wo))
-    if config.solver == "lm":
-        return levenberg_marquardt(graph, key, values, config)
-    return fixed_damping(graph, key, values, config)
+    start = gtsam.Values()
+    start.insert(key, gtsam.Pose3(T_wo))
+    steps = levenberg_marquardt if config.solver == "lm" else fixed_damping
+    values, iterations, error = steps(graph, key, start, config)
+    found = np.ascontiguousarray(values.atPose3(key).matrix())
+    return Solution(found, not np.array_equal(found, T_wo), iterations, error)
 
 
 def levenberg_marquardt(
     graph: gtsam.NonlinearFactorGraph, key: int, values: gtsam.Values, config: EstimatorConfig
-) -> Solution:
+) -> tuple[gtsam.Values, int, float]:
     """GTSAM's optimiser: it adapts the damping and takes only steps that lower the cost."""
     parameters = _parameters(config.damping, config.iterations)
     optimizer = gtsam.LevenbergMarquardtOptimizer(graph, values, parameters)
     values = optimizer.optimize()
-    return Solution(_matrix(values, key), optimizer.iterations(), optimizer.error())
+    return values, optimizer.iterations(), optimizer.error()
 
 
 @cache
@@ -50,7 +51,7 @@ def _parameters(damping: float, iterations: int) -> gtsam.LevenbergMarquardtPara
 
 def fixed_damping(
     graph: gtsam.NonlinearFactorGraph, key: int, values: gtsam.Values, config: EstimatorConfig
-) -> Solution:
+) -> tuple[gtsam.Values, int, float]:
     """Exactly ``iterations`` steps of (J'J + damping I) d = -J'r, each taken: what Theseus does.
 
     The damping enters as one more linear factor, damping |d|^2. The steps may raise the cost; a step that is
@@ -66,14 +67,10 @@ def fixed_damping(
             break
         values = values.retract(step)
         taken += 1
-    return Solution(_matrix(values, key), taken, graph.error(values))
+    return values, taken, graph.error(values)
 
 
 @cache
 def _damper(key: int, damping: float) -> gtsam.JacobianFactor:
     precision = gtsam.noiseModel.Isotropic.Precision(6, damping)
     return gtsam.JacobianFactor(key, np.eye(6), np.zeros(6), precision)
-
-
-def _matrix(values: gtsam.Values, key: int) -> np.ndarray:
-    return np.ascontiguousarray(values.atPose3(key).matrix())

@@ -13,10 +13,12 @@ class Solution(NamedTuple):
 
     Attributes:
         T_wo: The pose, shape (4, 4).
+        moved: Whether that is another pose than the start.
         iterations: Steps taken.
         error: Cost there, 1/2 sum rho.
     """
 
     T_wo: np.ndarray
+    moved: bool
     iterations: int
     error: float

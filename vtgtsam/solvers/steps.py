@@ -37,7 +37,7 @@ def solve(objective: Objective, T_wo: np.ndarray, config: EstimatorConfig) -> So
 def levenberg_marquardt(
     T_start: Any, damping: float, iterations: int, of_visual: Any, of_hand: Any, of_search: Any
 ) -> Any:
-    """Steps of ``gtsam.LevenbergMarquardtOptimizer`` (identity damping, no tolerances): pose, iterations, cost.
+    """Steps of ``gtsam.LevenbergMarquardtOptimizer`` (identity damping, no tolerances): pose, moved, iterations, cost.
 
     A step is taken if it lowers the cost by at least ``MIN_MODEL_FIDELITY`` of what the linear model promises. Then the
     damping falls by ``LAMBDA_FACTOR``, else it rises and the same linear system is solved again, up to
@@ -72,14 +72,14 @@ def levenberg_marquardt(
             break
         copy_matrix(trial, T)
         error, taken = trial_error, taken + 1
-    return T, taken, error
+    return T, differs(T, T_start), taken, error
 
 
 @compiled
 def fixed_damping(
     T_start: Any, damping: float, iterations: int, of_visual: Any, of_hand: Any, of_search: Any
 ) -> Any:
-    """Exactly ``iterations`` steps of (J'J + damping I) d = -J'r, as Theseus takes them: pose, iterations, cost.
+    """Exactly ``iterations`` steps of (J'J + damping I) d = -J'r, as Theseus takes them: pose, moved, iterations, cost.
 
     The steps may raise the cost; one that is not finite ends them. Arguments as for ``levenberg_marquardt``.
     """
@@ -94,7 +94,17 @@ def fixed_damping(
         retract(T, step, trial)
         copy_matrix(trial, T)
         taken += 1
-    return T, taken, cost(T, of_visual, of_hand, of_search)
+    return T, differs(T, T_start), taken, cost(T, of_visual, of_hand, of_search)
+
+
+@compiled
+def differs(A: Any, B: Any) -> bool:
+    """Whether two poses (4, 4) differ in any number."""
+    for i in range(3):
+        for j in range(4):
+            if A[i, j] != B[i, j]:
+                return True
+    return False
 
 
 @compiled
