@@ -21,10 +21,10 @@ CYCLE = 500  # frames of the sequence that is repeated
 SAMPLES = 50  # times that memory is read
 
 
-def run(frames: int = 100_000, solver: str = "lm") -> None:
-    """Measure, and write ``soak.md``, ``soak.json`` and ``soak.png``."""
+def run(frames: int = 100_000, solver: str = "lm", engine: str = "compiled") -> None:
+    """Measure, and write ``soak.md``, ``soak.json`` and ``soak.png``, or ``soak_gtsam``."""
     pin()
-    ours = Ours(problem := problems.sequence(CYCLE), solver)
+    ours = Ours(problem := problems.sequence(CYCLE), solver, engine=engine)
     T_wo, samples, times = problem.T_start[0], [], []
     every = max(1, frames // SAMPLES)
     for n in range(frames):
@@ -41,11 +41,12 @@ def run(frames: int = 100_000, solver: str = "lm") -> None:
                 }
             )
             times.clear()
+    name = "soak" if engine == "compiled" else f"soak_{engine}"
     save(
-        "soak",
-        words(solver, samples),
-        {"solver": solver, "samples": samples},
-        {"soak": figure(samples)},
+        name,
+        words(ours.name, samples),
+        {"solver": solver, "engine": engine, "samples": samples},
+        {name: figure(samples)},
     )
 
 
