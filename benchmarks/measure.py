@@ -55,8 +55,8 @@ def take_turns(
 ) -> list[Times]:
     """Time each solver on the problem's first ``frames`` frames, in blocks of ``block``.
 
-    The first frame of a block is solved once before, not counted: it finds the caches as the other solver left them.
-    With a block of 1 every frame does, and counts.
+    Before a block its solver solves the frame before, not counted, since it finds the caches as the other solver left
+    them. With a block of 1 there is no such frame: each finds empty caches, and counts.
 
     Args:
         solvers: The solvers; each solves the same frames.
@@ -73,7 +73,8 @@ def take_turns(
         batch = range(begin, min(begin + block, frames))
         for n, solver in enumerate(solvers):
             if block > 1:
-                solver.solve(begin, (last[n] if tracked else problem.T_start[begin])[None])
+                before = (begin - 1) % frames
+                solver.solve(before, problem.T_start[before][None])
             measured = []
             for frame in batch:
                 T_start = last[n] if tracked else problem.T_start[frame]

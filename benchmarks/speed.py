@@ -8,6 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from vtgtsam import load_object
+
 from . import problems
 from .clock import pin
 from .measure import Times, in_batches, ratio, take_turns
@@ -39,6 +41,7 @@ class Case:
 def cases(frames: int) -> list[Case]:
     """The standard problem, cold and tracked, and the built-in hand's pads."""
     isyhand = problems.isyhand_pads()
+    drill = load_object("drill", origin="center").sdf
     single, tracked = problems.single_frames(frames), problems.sequence(frames)
     return [
         Case("Standard problem, unrelated frames", single, tracked=False),
@@ -55,6 +58,8 @@ def cases(frames: int) -> list[Case]:
             True,
             1,
         ),
+        Case("Power drill, unrelated frames", problems.single_frames(frames, sdf=drill), False),
+        Case("Power drill, tracked", problems.sequence(frames, sdf=drill), tracked=True),
         Case(
             "Built-in hand's pads, unrelated frames",
             problems.single_frames(frames, pads=isyhand),

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import logging
 import math
+from typing import Any
 
 import gtsam
 import numpy as np
@@ -86,6 +87,15 @@ class PoseEstimator:
             solution, estimate = self._fused(frame, start)
         self._T_wo, self._T_start = estimate.T_wo, solution.T_wo
         return estimate
+
+    def __getstate__(self) -> dict[str, Any]:
+        """What a copy is made from: it searches and solves with arrays of its own."""
+        start = None if self._T_start is None else self._T_start.copy()
+        return {"hand": self.hand, "obj": self.obj, "config": self.config, "start": start}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__init__(state["hand"], state["obj"], state["config"])  # type: ignore[misc]
+        self.reset(None if state["start"] is None else gtsam.Pose3(state["start"]))
 
     def _warm_up(self) -> None:
         """Run one frame, so that whatever is compiled is compiled before the first real one."""

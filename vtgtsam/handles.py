@@ -40,6 +40,10 @@ class Handles:
             if numba.config.DISABLE_JIT:
                 _held[array.ctypes.data] = array
 
+    def __reduce__(self) -> Any:
+        """A copy has addresses of its own, those of the copied arrays."""
+        return Handles, self.arrays
+
 
 @intrinsic  # type: ignore[untyped-decorator]
 def _pointer(typing_context: Any, address: Any) -> Any:

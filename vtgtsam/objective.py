@@ -33,18 +33,18 @@ class Objective:
     Attributes:
         hand: The hand's terms.
         visual: The visual term.
-        tables: Of the visual term, the hand's terms and their search, for the functions below.
     """
 
     def __init__(self, pads: PadSet, obj: ObjectModel, config: EstimatorConfig) -> None:
         self.hand = HandTerms(ClosestPoints(pads, obj.sdf), hand_weights(config))
         self.visual = VisualTerm(theta(config.log_theta_vis))
         self._whitening = sqrt_information(*config.visual_weights)
-        self.tables = (
-            self.visual.handles.table,
-            self.hand.handles.table,
-            self.hand.closest.search.table,
-        )
+
+    @property
+    def tables(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Of the visual term, the hand's terms and their search, for the functions below."""
+        terms = self.hand
+        return self.visual.handles.table, terms.handles.table, terms.closest.search.table
 
     def place(self, frame: Frame) -> None:
         """Begin a frame."""
@@ -55,7 +55,8 @@ class Objective:
             matrix is not None,
             _IDENTITY if matrix is None else matrix,
             self._whitening if whitening is None else whitening,
-            *self.tables[:2],
+            self.visual.handles.table,
+            self.hand.handles.table,
         )
 
 

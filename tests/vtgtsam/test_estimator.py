@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: MIT
+import copy
 import gc
+import pickle
 import weakref
 from dataclasses import replace
 
@@ -345,6 +347,37 @@ def test_nothing_holds_an_estimator_alive(engine):
         assert weak() is None
     finally:
         gc.enable()
+
+
+@pytest.mark.parametrize("engine", ["compiled", "gtsam"])
+@pytest.mark.parametrize("copied", [copy.deepcopy, lambda x: pickle.loads(pickle.dumps(x))])
+def test_a_copy_goes_on_where_the_estimator_was_and_by_itself(copied, engine):
+    pads, obj, measurement, start = frame(17)
+    config = EstimatorConfig.tuned(engine=engine)
+    estimator = estimator_at(start, pads, obj, config)
+    estimator.update(measurement)
+    other = copied(estimator)
+    expected = estimator.update(measurement)
+    del estimator
+    gc.collect()
+    found = other.update(measurement)
+    np.testing.assert_array_equal(found.T_wo.matrix(), expected.T_wo.matrix())
+
+
+@pytest.mark.parametrize("engine", ["compiled", "gtsam"])
+@pytest.mark.parametrize("size", [1e3, 1e20, 1e100])
+def test_a_frame_of_nonsense_leaves_nothing_behind(size, engine):
+    pads, obj, measurement, start = frame(18)
+    config = EstimatorConfig.tuned(engine=engine)
+    nonsense = measurement.T_wp.copy()
+    nonsense[:, :3, 3] += size
+    far = gtsam.Pose3(gtsam.Rot3(), np.full(3, size))
+    estimator = estimator_at(start, pads, obj, config)
+    expected = estimator.update(measurement).T_wo.matrix()
+    for broken in ({"T_wp": nonsense}, {"T_wo_visual": far}):
+        estimator.update(replace(measurement, **broken))
+        estimator.reset(gtsam.Pose3(start))
+        np.testing.assert_array_equal(estimator.update(measurement).T_wo.matrix(), expected)
 
 
 def test_one_pad_is_enough_to_run():

@@ -34,7 +34,7 @@ class GridSdf:
     """
 
     def __init__(self, values: ArrayLike, lower: ArrayLike, upper: ArrayLike) -> None:
-        self.values = np.ascontiguousarray(values, dtype=np.float32)
+        self.values = np.array(values, dtype=np.float32, order="C")  # its own, to be kept as it is
         self.lower = np.array(lower, dtype=np.float64)
         self.upper = np.array(upper, dtype=np.float64)
         if self.values.ndim != 3 or min(self.values.shape) < 2:
@@ -72,7 +72,7 @@ class GridSdf:
     def minorants(self, reach: int) -> np.ndarray:
         """Linear functions below the field within ``reach`` cells of each block of cells (see ``minorants``)."""
         if reach not in self._minorants:
-            shift = block_shift(self.values.shape)
+            shift = block_shift(self.values.shape, reach)
             self._minorants[reach] = minorants(self.values, shift, reach, self.largest)
         return self._minorants[reach]
 

@@ -23,9 +23,13 @@ BLOCKS = 64  # most blocks along an axis: 4 MB for a cube
 _ROUNDING = np.float32(2.0**-20)  # of single precision, per metre of what is added up
 
 
-def block_shift(shape: tuple[int, ...]) -> int:
-    """Logarithm to base 2 of a block's side in cells: 2 cells up to 128 nodes, then as many as ``BLOCKS`` asks."""
-    return max(1, int(np.ceil(np.log2(max(shape) / BLOCKS))))
+def block_shift(shape: tuple[int, ...], reach: int) -> int:
+    """Logarithm to base 2 of a block's side in cells.
+
+    Two cells, or as many as ``BLOCKS`` asks; and half the reach at least, so that the work does not grow with it.
+    """
+    most = np.log2(max(shape))
+    return int(np.ceil(min(most, max(1.0, most - np.log2(BLOCKS), np.log2(max(reach, 1) / 2)))))
 
 
 @compiled

@@ -12,7 +12,9 @@ The plain search takes the distance of every grid point of every pad, in double 
   tiles end there, even at a pose unlike any before;
 - the tiles left are looked at in single precision, the lowest floor first, until no floor is below the best distance;
 - only points within that rounding of the best are evaluated in double precision;
-- a pad that reports no contact matters only where phi < 0: there the best so far is 0 from the start.
+- a pad that reports no contact matters only where phi < 0: there the best so far is 0 from the start;
+- a pad so far away that single precision says nothing is evaluated in double precision, point by point, and one that
+  has jumped begins with no floors: a frame of nonsense leaves nothing behind.
 
 Every bound includes the rounding of single precision, so no shortcut changes a result.
 
@@ -39,6 +41,8 @@ FEW = 5  # tiles looked at without finding all floors anew
 ROUNDING = (
     2.0**-17
 )  # bound of a single-precision distance's error, per metre of distance and of reach
+FORGET = 1.0  # [m], a pad whose distances may have changed by more starts with no floors
+FAR = 8192  # cells; what is farther away is evaluated in double precision only
 LOWER, SCALE, INSIDE, ANYWHERE, LARGEST, SHIFT = 0, 3, 6, 7, 8, 9  # places in ``field``
 IF_INSIDE, ALWAYS, NOT = 0, 1, 2  # values of ``asked``: the first two are a contact bit's
 # The arrays of ``new_search``, in order.
@@ -52,11 +56,12 @@ def new_search(pads: PadSet, sdf: GridSdf) -> Handles:
     radius = float(np.linalg.norm(tiles.boxes[3:], axis=0).max())
     most, total = tiles.pads[:, TILES].max(), tiles.pads[-1, [FIRST_FLOOR, TILES]].sum()
     steepest = sdf.lipschitz, math.hypot(sdf.lipschitz, 1.0)
-    shift = block_shift(sdf.values.shape)
+    reach = math.ceil(radius * float(sdf.scale.max()))
+    shift = block_shift(sdf.values.shape, reach)
     return Handles(
         sdf.values,
         # Linear functions below the field, which hold over a tile whose centre is in a block.
-        sdf.minorants(reach=math.ceil(radius * float(sdf.scale.max()))),
+        sdf.minorants(reach),
         # First node's position, cells per metre, Lipschitz constants inside the grid and anywhere, largest absolute
         # distance at a node, logarithm to base 2 of the blocks' side.
         np.array([*sdf.lower, *sdf.scale, *steepest, sdf.largest, shift]),
@@ -117,15 +122,19 @@ def closest_on_pads(
         distances[k], indices[k] = np.inf, -1
         jacobians[k] = 0.0
         relative_pose(T_wo, T_wp[k], T)
-        inside, rounding, moved = bounds_of_pad(
+        inside, far, rounding, moved = bounds_of_pad(
             shape, field, T, seen[k], seen_inside[k], pad_boxes[k]
         )
         travel = travels[k] + moved
-        travels[k], seen_inside[k] = travel, inside
+        seen_inside[k] = inside
         copy_matrix(T, seen[k])
         limit = np.inf if asked[k] == ALWAYS else 0.0
         first, count = pads[k, FIRST_TILE], pads[k, TILES]
         floors = floor[pads[k, FIRST_FLOOR] : pads[k, FIRST_FLOOR] + count]
+        if far or not travel < FORGET:
+            floors[:] = -np.inf
+            travel = 0.0
+        travels[k] = travel
         if asked[k] != ALWAYS and least(floors) > travel:
             continue
 
@@ -133,6 +142,9 @@ def closest_on_pads(
         # Tiles to look at are in ``found``, those looked at in front: first the one that was closest last, then the
         # lowest floor of those that are not above the bound.
         found[0], hits, looked, bound, begun = last[k], 1, 0, limit, False
+        if far:
+            near[:count] = -np.inf  # so that each point is evaluated
+            hits = looked = not_above(floors, np.inf, found)
         while looked < hits:
             tile = found[looked]
             if begun and floors[tile] - travel > bound:
@@ -250,9 +262,11 @@ def points_in_world(T_wp: Any, points_p: Any, indices: Any) -> Any:
 
 @inlined
 def bounds_of_pad(shape: Any, field: Any, T_op: Any, seen: Any, seen_inside: bool, box: Any) -> Any:
-    """What holds for all points in a box around the pad's: (inside, rounding, moved).
+    """What holds for all points in a box around the pad's: (inside, far, rounding, moved).
 
-    inside: The box is in the grid, by 0.01 cells, which is more than single precision can be wrong.
+    inside: The box is in the grid, by 0.01 cells, which is more than single precision can be wrong where it is not far.
+
+    far: Cell coordinates, or what they are sums of, may be above ``FAR``: no use for single precision.
 
     rounding: Most that a single-precision distance is wrong [m]. A cell coordinate comes from 4 products and sums
     and as many rounded inputs, each wrong by 2^-24 of at most the pad's reach from the grid's first node; three
@@ -281,13 +295,15 @@ def bounds_of_pad(shape: Any, field: Any, T_op: Any, seen: Any, seen_inside: boo
         way_x += (T_op[i, 0] - seen[i, 0]) ** 2
         way_y += (T_op[i, 1] - seen[i, 1]) ** 2
         way_z += (T_op[i, 2] - seen[i, 2]) ** 2
+    finest = max(field[SCALE], max(field[SCALE + 1], field[SCALE + 2]))
+    far = not (reach + size) * finest < FAR
     rounding = ROUNDING * field[ANYWHERE] * (field[LARGEST] + reach + size)
     if not np.isfinite(seen[0, 3]):
-        return inside, rounding, 0.0
+        return inside, far, rounding, 0.0
     moved = np.sqrt(way) + half[0] * np.sqrt(way_x) + half[1] * np.sqrt(way_y)
     moved += half[2] * np.sqrt(way_z)
     slope = field[INSIDE] if inside and seen_inside else field[ANYWHERE]
-    return inside, rounding, slope * moved
+    return inside, far, rounding, slope * moved
 
 
 @inlined

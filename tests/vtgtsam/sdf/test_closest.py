@@ -1,6 +1,10 @@
 # SPDX-License-Identifier: MIT
 """The search with its shortcuts answers exactly what looking at every point answers."""
 
+import copy
+import gc
+import pickle
+
 import gtsam
 import numpy as np
 import pytest
@@ -168,3 +172,61 @@ def test_points_need_not_lie_in_a_plane():
     for T_wo in walk(rng, 20):
         distances, _ = PlainSearch(pads, sdf).at(T_wo, T_wp)
         np.testing.assert_allclose(closest.at(gtsam.Pose3(T_wo)).distances, distances, atol=1e-15)
+
+
+@pytest.mark.parametrize("far", [1e2, 1e4, 1e7, 1e12, 1e20, 1e150])
+def test_a_pad_that_was_far_away_is_forgotten_and_far_away_it_is_exact(far):
+    rng = np.random.default_rng(7)
+    sdf = lump_sdf(0)
+    pads, T_wp = pads_around(0, count=6)
+    plain, closest = PlainSearch(pads, sdf), ClosestPoints(pads, sdf)
+    closest.place(T_wp)
+    for n, T_wo in enumerate(walk(rng, 40)):
+        if n % 4 == 1:
+            away = np.eye(4)
+            away[:3, 3] = far * rng.normal(size=3)
+            found = closest.at(gtsam.Pose3(away))
+            np.testing.assert_allclose(found.distances, plain.at(away, T_wp)[0], rtol=1e-12)
+        found = closest.at(gtsam.Pose3(T_wo))
+        np.testing.assert_allclose(found.distances, plain.at(T_wo, T_wp)[0], atol=1e-15)
+
+
+@pytest.mark.parametrize("origin", [1.0, 1e3, 1e6])
+def test_points_may_lie_far_from_their_pads_origin(origin):
+    rng = np.random.default_rng(8)
+    shift = origin * np.array([0.6, -0.5, 0.4])
+    pads = PadSet([Pad("far", (0.02, 0.02), rng.normal(0, 0.01, (60, 3)) + shift)])
+    T_wp = np.eye(4)
+    T_wp[:3, 3] = -shift
+    sdf = lump_sdf(1)
+    plain, closest = PlainSearch(pads, sdf), ClosestPoints(pads, sdf)
+    closest.place(T_wp[None])
+    for T_wo in walk(rng, 20):
+        distances, _ = plain.at(T_wo, T_wp[None])
+        atol = 1e-15 * max(1.0, 10 * origin)  # of the sums themselves
+        np.testing.assert_allclose(closest.at(gtsam.Pose3(T_wo)).distances, distances, atol=atol)
+
+
+def test_a_few_taxels_far_apart_are_found_and_prepared_at_once():
+    taxels = np.array([[-0.05, 0, 0], [0.05, 0, 0], [0, -0.05, 0], [0, 0.05, 0.0]])
+    pads = PadSet([Pad("taxels", (0.1, 0.1), taxels)])
+    sdf, T_wp, rng = lump_sdf(2, 128), np.eye(4)[None], np.random.default_rng(9)
+    plain, closest = PlainSearch(pads, sdf), ClosestPoints(pads, sdf)
+    closest.place(T_wp)
+    for T_wo in walk(rng, 40):
+        found = closest.at(gtsam.Pose3(T_wo)).distances
+        np.testing.assert_allclose(found, plain.at(T_wo, T_wp)[0], atol=1e-15)
+
+
+@pytest.mark.parametrize("copied", [copy.deepcopy, lambda x: pickle.loads(pickle.dumps(x))])
+def test_a_copy_searches_with_arrays_of_its_own(copied):
+    pads, T_wp = pads_around(1, count=6)
+    closest = ClosestPoints(pads, lump_sdf(1))
+    closest.place(T_wp)
+    expected = closest.at(gtsam.Pose3()).distances
+    other = copied(closest)
+    closest.place(T_wp + [[0, 0, 0, 0.5], [0, 0, 0, 0], [0, 0, 0, 0], [0, 0, 0, 0]])
+    np.testing.assert_array_equal(other.at(gtsam.Pose3()).distances, expected)
+    del closest
+    gc.collect()
+    np.testing.assert_array_equal(other.at(gtsam.Pose3()).distances, expected)

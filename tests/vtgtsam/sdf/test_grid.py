@@ -171,3 +171,10 @@ def test_field_cannot_be_changed_from_outside():
     sdf = random_grid(13)
     with pytest.raises(ValueError, match="read-only"):
         sdf.values[0, 0, 0] = 1.0
+
+
+def test_the_callers_array_stays_its_own():
+    values = np.ones((4, 4, 4), np.float32)
+    sdf = GridSdf(values, [0] * 3, [1] * 3)
+    values[:] = 7.0
+    assert sdf.value(np.full((1, 3), 0.5)) == 1.0 and not sdf.values.flags.writeable

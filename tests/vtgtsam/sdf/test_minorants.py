@@ -56,8 +56,16 @@ def test_below_a_smooth_field_the_bound_is_near():
     ("nodes", "shift"), [(2, 1), (48, 1), (128, 1), (129, 2), (256, 2), (512, 3)]
 )
 def test_blocks_grow_with_the_grid(nodes, shift):
-    assert block_shift((nodes, 2, 2)) == shift
+    assert block_shift((nodes, 2, 2), 3) == shift
     assert nodes / 2**shift <= BLOCKS
+
+
+@pytest.mark.parametrize("reach", [0, 1, 3, 4, 5, 14, 40, 10**6])
+def test_the_work_hardly_depends_on_the_reach(reach):
+    side = 2 ** block_shift((128, 128, 128), reach)
+    blocks = -(-127 // side)
+    looked_at = blocks * min(side + 2 * reach + 1, 128)
+    assert looked_at <= 8 * 128  # along an axis
 
 
 def test_the_smallest_grid_has_one_block():
