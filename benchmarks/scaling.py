@@ -129,7 +129,7 @@ def figure(sweep: Sweep, curves: dict[str, list[float]], slopes: dict[str, float
     from matplotlib.figure import Figure
     from matplotlib.ticker import NullFormatter
 
-    chart = Figure(figsize=(5.5, 3.8), layout="constrained")
+    chart = Figure(figsize=(6.5, 4.2), layout="constrained")
     axes = chart.subplots()
     for name, times in curves.items():
         axes.plot(sweep.values, times, "o-", label=f"{name}, slope {slopes[name]:.2f}")
@@ -140,5 +140,5 @@ def figure(sweep: Sweep, curves: dict[str, list[float]], slopes: dict[str, float
     axes.set_xlabel(sweep.quantity)
     axes.set_ylabel("time a frame [ms]")
     axes.grid(alpha=0.3, which="both")
-    axes.legend()
+    chart.legend(loc="outside upper left", ncols=2, fontsize="small")
     return chart
