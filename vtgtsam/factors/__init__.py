@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: MIT
-"""The factors, one a file: each gives its formula, its Jacobian, and a thin GTSAM factor around them."""
+"""The terms of a frame's cost, one a file, each with its formula and compiled; and the GTSAM factors that hold them."""
