@@ -22,11 +22,10 @@ def test_it_is_numpys_decomposition(seed):
 
 
 @pytest.mark.parametrize(
-    "A", [np.zeros((6, 6)), -np.eye(6), np.full((6, 6), np.nan), np.inf * np.eye(6)]
+    "A", [np.zeros((6, 6)), -np.eye(6), np.full((6, 6), np.nan), np.diag(np.full(6, np.inf))]
 )
 def test_what_is_not_positive_definite_is_refused(A):
-    with np.errstate(invalid="ignore"):
-        assert not factorize(np.nan_to_num(A, nan=np.nan, posinf=np.inf), 0.0, np.empty((6, 6)))
+    assert not factorize(A, 0.0, np.empty((6, 6)))
 
 
 def test_a_solution_that_overflows_is_told():
