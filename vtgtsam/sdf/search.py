@@ -179,27 +179,62 @@ def closest_on_pads(
                 looked = bring_forward(found, hits, tile)
             bring_lowest_forward(found, floors, looked, hits)
 
-        best, at, held = np.inf, -1, last[k]
-        jx, jy, jz, gx, gy, gz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-        for n in range(looked):
-            tile = found[n]
-            if floors[tile] - travel > bound:
-                continue
-            for m in range(TILE):
-                if near[tile, m] - rounding > bound:
-                    continue
-                index = order[(first + tile) * TILE + m]
-                x, y, z = transform(T, points[pads[k, FIRST_POINT] + index])
-                phi, dx, dy, dz = trilinear(values, lower, scale, x, y, z)
-                if phi < best or (phi == best and index < at):
-                    best, at, held = phi, index, tile
-                    jx, jy, jz = dy * z - dz * y, dz * x - dx * z, dx * y - dy * x
-                    gx, gy, gz = dx, dy, dz
-        last[k] = held
+        last[k], at, best, J = closest_of_found(
+            found[:looked],
+            near,
+            floors,
+            travel,
+            rounding,
+            bound,
+            last[k],
+            order[first * TILE :],
+            points[pads[k, FIRST_POINT] :],
+            values,
+            lower,
+            scale,
+            T,
+        )
         if best < limit:
             distances[k], indices[k] = best, pads[k, FIRST_INDEX] + at
-            jacobians[k, 0], jacobians[k, 1], jacobians[k, 2] = jx, jy, jz
-            jacobians[k, 3], jacobians[k, 4], jacobians[k, 5] = -gx, -gy, -gz
+            for i in range(6):
+                jacobians[k, i] = J[i]
+
+
+@inlined
+def closest_of_found(
+    found: Any,
+    near: Any,
+    floors: Any,
+    travel: float,
+    rounding: float,
+    bound: float,
+    last: int,
+    order: Any,
+    points: Any,
+    values: Any,
+    lower: Any,
+    scale: Any,
+    T: Any,
+) -> Any:
+    """Evaluate what may be closest in double precision: its tile (or ``last``), point, distance and derivative.
+
+    The derivative is dphi/dxi = grad phi^T [skew(p_o) -I] = [(grad phi x p_o)^T  -grad phi^T], six numbers.
+    """
+    best, at, held = np.inf, -1, last
+    J = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    for tile in found:
+        if floors[tile] - travel > bound:
+            continue
+        for m in range(TILE):
+            if near[tile, m] - rounding > bound:
+                continue
+            index = order[tile * TILE + m]
+            x, y, z = transform(T, points[index])
+            phi, gx, gy, gz = trilinear(values, lower, scale, x, y, z)
+            if phi < best or (phi == best and index < at):
+                best, at, held = phi, index, tile
+                J = (gy * z - gz * y, gz * x - gx * z, gx * y - gy * x, -gx, -gy, -gz)
+    return held, at, best, J
 
 
 @inlined
