@@ -18,9 +18,7 @@ import gtsam
 import numpy as np
 
 # mcap-ros2-support offers the encoder only together with a file writer that cannot be flushed.
-from mcap_ros2._dynamic import serialize_dynamic
-
-from .cdr import generate_decoder
+from mcap_ros2._dynamic import generate_dynamic, serialize_dynamic
 
 JOINT_STATE = "sensor_msgs/msg/JointState"
 TACTILE_PADS = "vtgtsam_msgs/msg/TactilePads"
@@ -80,7 +78,8 @@ def encoder(msgtype: str) -> Callable[[Mapping[str, Any]], bytes]:
 @cache
 def decoder(msgtype: str, text: str | None = None) -> Callable[[bytes], Any]:
     """Function from CDR bytes to a message, by the definition ``text`` or else by our own."""
-    return generate_decoder(msgtype, text or definition(msgtype))
+    decode: Callable[[bytes], Any] = generate_dynamic(msgtype, text or definition(msgtype))[msgtype]
+    return decode
 
 
 def header(stamp_ns: int, frame: str) -> dict[str, Any]:
