@@ -19,8 +19,6 @@ from .objects import ObjectModel
 from .pads import PadSet
 from .sdf.closest import ClosestPoints
 
-_IDENTITY = np.eye(4)
-
 
 class Objective:
     """A frame's terms: the visual one and the hand's.
@@ -48,16 +46,9 @@ class Objective:
 
     def place(self, frame: Frame) -> None:
         """Begin a frame."""
-        matrix, whitening = frame.visual_matrix, frame.visual_whitening
-        _place(
-            frame.T_wp,
-            frame.touching,
-            matrix is not None,
-            _IDENTITY if matrix is None else matrix,
-            self._whitening if whitening is None else whitening,
-            self.visual.handles.table,
-            self.hand.handles.table,
-        )
+        whitening = frame.visual_whitening
+        self.hand.place(frame.T_wp, frame.touching)
+        self.visual.place(frame.visual_matrix, self._whitening if whitening is None else whitening)
 
 
 def hand_weights(config: EstimatorConfig) -> HandWeights:
@@ -70,26 +61,11 @@ def hand_weights(config: EstimatorConfig) -> HandWeights:
 
 
 @compiled
-def _place(
-    T_wp: Any,
-    touching: Any,
-    seen: bool,
-    T_visual: Any,
-    whitening: Any,
-    of_visual: Any,
-    of_hand: Any,
-) -> None:
-    """Begin a frame."""
-    hand.place_hand(T_wp, touching, of_hand)
-    visual.place_visual(seen, T_visual, whitening, of_visual)
-
-
-@compiled
 def cost(T_wo: Any, of_visual: Any, of_hand: Any, of_search: Any) -> float:
     """The cost 1/2 sum rho at T_wo (4, 4); infinite where that is not finite."""
     if not terms_at(T_wo, of_hand, of_search):
         return np.inf
-    total, _ = visual_loss(T_wo, of_visual)
+    total = visual_loss(T_wo, of_visual)
     losses = array1(of_hand, hand.LOSSES, np.float64)
     for k in range(len(losses)):
         total += losses[k] * losses[k]

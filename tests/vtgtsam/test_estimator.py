@@ -20,10 +20,10 @@ from vtgtsam import (
     PoseEstimator,
     conclusion,
     load_hand,
-    objective,
 )
 from vtgtsam.covariance import covariance_of
-from vtgtsam.factors.hand import terms_at
+from vtgtsam.factors.hand import place_hand, terms_at
+from vtgtsam.factors.visual import place_visual
 from vtgtsam.frame import _faults, _whiten, check
 from vtgtsam.objective import Objective, cost, linearize
 from vtgtsam.sdf.closest import ClosestPoints
@@ -413,7 +413,7 @@ def test_nothing_is_compiled_after_construction(method, solver, engine):
     pads, obj, measurement, _ = frame(16)
     functions = [closest_on_pads, points_in_world, covariance_of, terms_at, cost, linearize]
     functions += [steps.levenberg_marquardt, steps.fixed_damping, _faults, _whiten]
-    functions += [conclusion._conclude, objective._place]
+    functions += [conclusion._conclude, place_hand, place_visual]
     config = EstimatorConfig.tuned(method=method, solver=solver, engine=engine)
     estimator = PoseEstimator(pads, obj, config)
     compiled = [len(function.signatures) for function in functions]

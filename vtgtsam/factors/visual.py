@@ -60,38 +60,28 @@ def place_visual(seen: bool, T_wo_visual: Any, whitening: Any, visual: Any) -> N
 
 
 @compiled
-def visual_loss(T_wo: Any, visual: Any) -> Any:
-    """Loss rho(e) of the term at T_wo (4, 4) and the weight rho'(e) it leaves; both 0 where there is no visual pose.
-
-    Leaves the whitened residual R r in the rows.
-    """
-    settings, rows = array1(visual, SETTINGS, np.float64), array1(visual, ROWS, np.float64)
+def visual_loss(T_wo: Any, visual: Any) -> float:
+    """Loss rho(e) of the term at T_wo (4, 4); 0 where there is no visual pose."""
+    settings = array1(visual, SETTINGS, np.float64)
     if settings[PRESENT] == 0.0:
-        return 0.0, 0.0
-    r = np.empty(6)
-    log_between(T_wo, array2(visual, POSE, np.float64), r)
-    whitening = array2(visual, WHITENING, np.float64)
-    e = 0.0
-    for i in range(6):
-        rows[i] = 0.0
-        for j in range(6):
-            rows[i] += whitening[i, j] * r[j]
-        e += rows[i] * rows[i]
-    e /= settings[THETA]
-    return -settings[THETA] * np.expm1(-e), np.exp(-e)
+        return 0.0
+    return -settings[THETA] * np.expm1(-_whitened(T_wo, visual, np.empty(6)))  # type: ignore[no-any-return]
 
 
 @compiled
 def visual_rows(T_wo: Any, visual: Any) -> float:
-    """Fill the term's weighted rows and their Jacobian for T_wo (4, 4); returns the weight rho'(e)."""
+    """Fill the term's weighted rows and their Jacobian for T_wo (4, 4).
+
+    Returns:
+        The weight rho'(e) that the loss leaves; 0 where there is no visual pose.
+    """
     rows, jacobians = array1(visual, ROWS, np.float64), array2(visual, ROW_JACOBIANS, np.float64)
-    _, weight = visual_loss(T_wo, visual)
     if array1(visual, SETTINGS, np.float64)[PRESENT] == 0.0:
         rows[:] = 0.0
         jacobians[:] = 0.0
-        return weight  # type: ignore[no-any-return]
+        return 0.0
     r, J = np.empty(6), np.empty((6, 6))
-    log_between(T_wo, array2(visual, POSE, np.float64), r)
+    weight = np.exp(-_whitened(T_wo, visual, r))
     inverse_left_jacobian(r, J)
     whitening, scale = array2(visual, WHITENING, np.float64), np.sqrt(weight)
     for i in range(6):
@@ -102,6 +92,20 @@ def visual_rows(T_wo: Any, visual: Any) -> float:
                 total += whitening[i, k] * J[k, j]
             jacobians[i, j] = -scale * total
     return weight  # type: ignore[no-any-return]
+
+
+@compiled
+def _whitened(T_wo: Any, visual: Any, r: Any) -> float:
+    """Residual into ``r`` (6,), whitened into the rows; returns e / theta."""
+    log_between(T_wo, array2(visual, POSE, np.float64), r)
+    whitening, rows = array2(visual, WHITENING, np.float64), array1(visual, ROWS, np.float64)
+    e = 0.0
+    for i in range(6):
+        rows[i] = 0.0
+        for j in range(6):
+            rows[i] += whitening[i, j] * r[j]
+        e += rows[i] * rows[i]
+    return e / array1(visual, SETTINGS, np.float64)[THETA]  # type: ignore[no-any-return]
 
 
 def visual_factor(
