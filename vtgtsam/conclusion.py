@@ -13,7 +13,8 @@ from .factors import hand
 from .factors.tactile import tactile_loss
 from .handles import array1, array3
 from .objective import Objective, linearize, linearize_hand
-from .sdf.search import ALWAYS, NOT, closest_on_pads, points_in_world
+from .sdf.pad_pose import points_in_world
+from .sdf.search import ALWAYS, NOT, closest_on_pads
 
 REJECTED = 1e-3  # below this visual weight the visual pose pulls less than the damping holds
 HELD = 1e-3  # a direction counts as held with this share of the best direction's information

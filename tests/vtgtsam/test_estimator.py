@@ -27,7 +27,8 @@ from vtgtsam.factors.visual import place_visual
 from vtgtsam.frame import _faults, _whiten, check
 from vtgtsam.objective import Objective, cost, linearize
 from vtgtsam.sdf.closest import ClosestPoints
-from vtgtsam.sdf.search import closest_on_pads, points_in_world
+from vtgtsam.sdf.pad_pose import points_in_world
+from vtgtsam.sdf.search import closest_on_pads
 from vtgtsam.solvers import steps
 
 CONFIGS = [

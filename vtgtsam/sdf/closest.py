@@ -10,7 +10,8 @@ import numpy as np
 
 from ..pads import PadSet
 from .grid import GridSdf
-from .search import ALWAYS, closest_on_pads, new_search, points_in_world
+from .pad_pose import points_in_world
+from .search import ALWAYS, closest_on_pads, new_search
 
 
 class PadContacts(NamedTuple):

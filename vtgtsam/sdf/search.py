@@ -8,7 +8,7 @@ The plain search takes the distance of every grid point of every pad, in double 
   L x (the most that a point of it moved), L being the field's Lipschitz constant. These add up in ``travel``, and
   floor - travel is not above the tile's least distance at any later pose. Steps shrink quickly as an optimiser
   converges, and so does the set of tiles worth a look;
-- where too many are left, all floors are found anew from linear functions below the field (``minorants``): six of seven
+- where too many are left, all floors are found anew from linear functions below the field (``minorants``): most
   tiles end there, even at a pose unlike any before;
 - the tiles left are looked at in single precision, the lowest floor first, until no floor is below the best distance;
 - only points within that rounding of the best are evaluated in double precision;
@@ -35,15 +35,20 @@ from .grid import GridSdf
 from .kernels import trilinear
 from .look import bound_anywhere, bound_inside, least, look
 from .minorants import block_shift
+from .pad_pose import (
+    LOWER,
+    ROUNDING,
+    SCALE,
+    SHIFT,
+    bounds_of_pad,
+    relative_pose,
+    to_cells,
+    transform,
+)
 from .tiles import FIRST_FLOOR, FIRST_INDEX, FIRST_POINT, FIRST_TILE, TILE, TILES, cut_into_tiles
 
 FEW = 5  # tiles looked at without finding all floors anew
-ROUNDING = (
-    2.0**-17
-)  # bound of a single-precision distance's error, per metre of distance and of reach
 FORGET = 1.0  # [m], a pad whose distances may have changed by more starts with no floors
-FAR = 8192  # cells; what is farther away is evaluated in double precision only
-LOWER, SCALE, INSIDE, ANYWHERE, LARGEST, SHIFT = 0, 3, 6, 7, 8, 9  # places in ``field``
 IF_INSIDE, ALWAYS, NOT = 0, 1, 2  # values of ``asked``: the first two are a contact bit's
 # The arrays of ``new_search``, in order.
 VALUES, PLANES, FIELD, PADS, POINTS, ORDER, COORDINATES, BOXES, PAD_BOXES = range(9)
@@ -68,16 +73,15 @@ def new_search(pads: PadSet, sdf: GridSdf) -> Handles:
         *tiles,
         np.full(total, -np.inf),  # each tile's floor
         np.zeros(len(pads)),  # each pad's travel
-        np.full(
-            (len(pads), 3, 4), np.inf
-        ),  # each pad's pose in the object's frame when it was seen last
-        np.zeros(len(pads), dtype=bool),  # whether the pad was inside the grid there
-        np.zeros(
-            len(pads), dtype=np.int64
-        ),  # the tile that held the closest point last, from the pad's first
-        np.empty((most, TILE), np.float32),  # room for looks at the tiles of the pad with most
-        np.empty(most, np.float32),  # room for as many tiles' bounds
-        np.empty(most + 1, dtype=np.int64),  # and for their numbers
+        # Each pad's pose in the object's frame when it was seen last, and whether it was inside the grid there.
+        np.full((len(pads), 3, 4), np.inf),
+        np.zeros(len(pads), dtype=bool),
+        # The tile that held the closest point last, counted from the pad's first.
+        np.zeros(len(pads), dtype=np.int64),
+        # Room for looks at the tiles of the pad with most, for their bounds and for their numbers.
+        np.empty((most, TILE), np.float32),
+        np.empty(most, np.float32),
+        np.empty(most + 1, dtype=np.int64),
     )
 
 
@@ -263,88 +267,3 @@ def bring_lowest_forward(found: Any, floors: Any, begin: int, end: int) -> None:
     for n in range(begin + 1, end):
         if floors[found[n]] < floors[found[begin]]:
             found[n], found[begin] = found[begin], found[n]
-
-
-@inlined
-def relative_pose(T_wo: Any, T_wp: Any, T_op: Any) -> None:
-    """T_wo^-1 T_wp into ``T_op`` (3, 4)."""
-    d0, d1, d2 = T_wp[0, 3] - T_wo[0, 3], T_wp[1, 3] - T_wo[1, 3], T_wp[2, 3] - T_wo[2, 3]
-    for i in range(3):
-        for j in range(3):
-            T_op[i, j] = T_wo[0, i] * T_wp[0, j] + T_wo[1, i] * T_wp[1, j] + T_wo[2, i] * T_wp[2, j]
-        T_op[i, 3] = T_wo[0, i] * d0 + T_wo[1, i] * d1 + T_wo[2, i] * d2
-
-
-@inlined
-def transform(T: Any, p: Any) -> Any:
-    """Coordinates of T p, given the upper rows of T."""
-    x = T[0, 0] * p[0] + T[0, 1] * p[1] + T[0, 2] * p[2] + T[0, 3]
-    y = T[1, 0] * p[0] + T[1, 1] * p[1] + T[1, 2] * p[2] + T[1, 3]
-    z = T[2, 0] * p[0] + T[2, 1] * p[1] + T[2, 2] * p[2] + T[2, 3]
-    return x, y, z
-
-
-@compiled
-def points_in_world(T_wp: Any, points_p: Any, indices: Any) -> Any:
-    """Point ``indices[k]`` of pad k in the world (K, 3); NaN where the index is -1."""
-    points_w = np.full((len(indices), 3), np.nan)
-    for k in range(len(indices)):
-        if indices[k] >= 0:
-            x, y, z = transform(T_wp[k], points_p[indices[k]])
-            points_w[k, 0], points_w[k, 1], points_w[k, 2] = x, y, z
-    return points_w
-
-
-@inlined
-def bounds_of_pad(shape: Any, field: Any, T_op: Any, seen: Any, seen_inside: bool, box: Any) -> Any:
-    """What holds for all points in a box around the pad's: (inside, far, rounding, moved).
-
-    inside: The box is in the grid, by 0.01 cells, which is more than single precision can be wrong where it is not far.
-
-    far: Cell coordinates, or what they are sums of, may be above ``FAR``: no use for single precision.
-
-    rounding: Most that a single-precision distance is wrong [m]. A cell coordinate comes from 4 products and sums
-    and as many rounded inputs, each wrong by 2^-24 of at most the pad's reach from the grid's first node; three
-    axes together move phi by less than 28 L 2^-24 reach. Seven linear interpolations of three operations add less
-    than 48 x 2^-24 of the largest value, the distance beyond the grid less than 8 x 2^-24 reach; a minorant is a sum
-    of fewer such terms. ``ROUNDING`` is twice the 64 x 2^-24 that covers these.
-
-    moved: Most that a point's distance differs from that at the pose seen last [m], 0 where none was: L times the
-    way of the box's centre, and of each axis' end.
-    """
-    centre, half = box[0], box[1]
-    inside, reach, size = True, 0.0, 0.0
-    way, way_x, way_y, way_z = 0.0, 0.0, 0.0, 0.0
-    for i in range(3):
-        lower, scale = field[LOWER + i], field[SCALE + i]
-        middle = T_op[i, 0] * centre[0] + T_op[i, 1] * centre[1] + T_op[i, 2] * centre[2]
-        middle += T_op[i, 3]
-        extent = abs(T_op[i, 0]) * half[0] + abs(T_op[i, 1]) * half[1] + abs(T_op[i, 2]) * half[2]
-        inside &= 0.01 < (middle - extent - lower) * scale
-        inside &= (middle + extent - lower) * scale < shape[i] - 1.01
-        reach = max(reach, abs(middle - lower) + extent)
-        size += abs(centre[i]) + half[i]
-        was = seen[i, 0] * centre[0] + seen[i, 1] * centre[1]
-        was += seen[i, 2] * centre[2] + seen[i, 3]
-        way += (middle - was) ** 2
-        way_x += (T_op[i, 0] - seen[i, 0]) ** 2
-        way_y += (T_op[i, 1] - seen[i, 1]) ** 2
-        way_z += (T_op[i, 2] - seen[i, 2]) ** 2
-    finest = max(field[SCALE], max(field[SCALE + 1], field[SCALE + 2]))
-    far = not (reach + size) * finest < FAR
-    rounding = ROUNDING * field[ANYWHERE] * (field[LARGEST] + reach + size)
-    if not np.isfinite(seen[0, 3]):
-        return inside, far, rounding, 0.0
-    moved = np.sqrt(way) + half[0] * np.sqrt(way_x) + half[1] * np.sqrt(way_y)
-    moved += half[2] * np.sqrt(way_z)
-    slope = field[INSIDE] if inside and seen_inside else field[ANYWHERE]
-    return inside, far, rounding, slope * moved
-
-
-@inlined
-def to_cells(lower: Any, scale: Any, T_op: Any, A: Any) -> None:
-    """The map from the pad's frame to cells of the grid, in single precision, into ``A`` (3, 4)."""
-    for i in range(3):
-        for j in range(3):
-            A[i, j] = T_op[i, j] * scale[i]
-        A[i, 3] = (T_op[i, 3] - lower[i]) * scale[i]
