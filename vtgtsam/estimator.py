@@ -22,7 +22,7 @@ from .config import EstimatorConfig
 from .covariance import covariance_of
 from .diagnosis import diagnose
 from .estimate import Estimate, Status
-from .frame import Frame, check, matrix_of, require_pose
+from .frame import Frame, check, matrix_of, require_finite_pose
 from .measurement import Measurement
 from .objective import Objective
 from .objects import ObjectModel
@@ -57,9 +57,13 @@ class PoseEstimator:
         self._warm_up()
 
     def reset(self, T_wo: gtsam.Pose3 | None = None) -> None:
-        """Forget; the next frame starts at T_wo, or at its visual pose where T_wo is None."""
+        """Forget; the next frame starts at T_wo, or at its visual pose where T_wo is None.
+
+        Raises:
+            ValueError: T_wo is no finite ``gtsam.Pose3``.
+        """
         if T_wo is not None:
-            require_pose(T_wo, "T_wo")
+            require_finite_pose(T_wo, "T_wo")
         self._T_wo = T_wo
         self._T_start = None if T_wo is None else matrix_of(T_wo)
 

@@ -103,7 +103,7 @@ def check(measurement: Measurement, hand: PadSet, use_visual_covariance: bool = 
 def _visual_covariance(measurement: Measurement, used: bool) -> tuple[np.ndarray | None, str]:
     """The visual pose's own covariance in this frame, and the name of what gave it."""
     if measurement.visual_sigma is not None:
-        sigmas = np.asarray(measurement.visual_sigma, dtype=np.float64)
+        sigmas = _shaped(measurement.visual_sigma, (2,), "visual_sigma")
         sigmas = np.where(sigmas > 0, sigmas, np.nan)
         return np.diag(np.repeat(np.square(sigmas), 3)), "visual_sigma"
     if measurement.visual_covariance is not None and used:
@@ -128,10 +128,20 @@ def require_pose(value: object, name: str) -> None:
     )
 
 
+def require_finite_pose(value: object, name: str) -> None:
+    """Raise a ValueError for what is no gtsam.Pose3, or one that holds NaN or infinity."""
+    require_pose(value, name)
+    if not np.isfinite(value.matrix()).all():  # type: ignore[attr-defined]
+        raise ValueError(f"{name} must be finite, got\n{value}")
+
+
 def _shaped(values: ArrayLike, shape: tuple[int, ...], name: str) -> np.ndarray:
-    array = np.array(values, dtype=np.float64, order="C")  # compiled code wants its own
+    try:
+        array = np.array(values, dtype=np.float64, order="C")  # compiled code wants its own
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"{name} must be numbers of shape {shape}, got {values!r}") from error
     if array.shape != shape:
-        raise ValueError(f"{name} must have shape {shape}, got {array.shape}")
+        raise ValueError(f"{name} must have shape {shape}, got shape {array.shape}: {values!r}")
     return array
 
 
@@ -209,10 +219,7 @@ def _given_pad_poses(measurement: Measurement, hand: PadSet) -> np.ndarray:
         if measurement.joints is None:
             raise ValueError("the measurement has neither joints nor T_wp; give one of them")
         return hand.pad_transforms(measurement.joints, measurement.T_wh)
-    T_wp = np.array(measurement.T_wp, dtype=np.float64, order="C")  # compiled code wants its own
-    if T_wp.shape != (len(hand), 4, 4):
-        raise ValueError(f"T_wp must have shape ({len(hand)}, 4, 4), got {T_wp.shape}")
-    return T_wp
+    return _shaped(measurement.T_wp, (len(hand), 4, 4), "T_wp")
 
 
 @compiled

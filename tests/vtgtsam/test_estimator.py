@@ -193,6 +193,11 @@ def test_values_that_are_not_finite_are_not_used(broken):
         ({"T_wp": np.zeros((8, 4, 4))}, "must hold poses"),
         ({"T_wp": None}, "PadSet has no kinematics"),
         ({"visual_covariance": np.eye(3)}, r"visual_covariance must have shape \(6, 6\)"),
+        ({"visual_sigma": (0.1, 0.1, 0.01)}, r"visual_sigma must have shape \(2,\), got .*3"),
+        ({"visual_sigma": (0.1,) * 6}, r"visual_sigma must have shape \(2,\)"),
+        ({"visual_sigma": 0.1}, r"visual_sigma must have shape \(2,\)"),
+        ({"visual_sigma": "wide"}, "visual_sigma must be numbers"),
+        ({"T_wp": [gtsam.Pose3()] * 8}, "T_wp must be numbers"),
         (
             {"T_wo_visual": np.eye(4)},
             r"T_wo_visual must be a gtsam.Pose3, got an array of shape \(4, 4\)",
@@ -212,6 +217,14 @@ def test_it_starts_again_only_at_a_pose():
         ValueError, match=r"T_wo must be a gtsam.Pose3, .* gtsam.Pose3.matrix. makes"
     ):
         PoseEstimator(pads, obj, EstimatorConfig.tuned()).reset(np.eye(4))
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+def test_it_does_not_start_again_at_a_pose_that_is_not_finite(value):
+    pads, obj, _, _ = frame(7)
+    broken = gtsam.Pose3(gtsam.Rot3(), np.array([value, 0, 0]))
+    with pytest.raises(ValueError, match="T_wo must be finite"):
+        PoseEstimator(pads, obj, EstimatorConfig.tuned()).reset(broken)
 
 
 def test_contacts_by_name_are_the_contacts_in_order():
