@@ -28,14 +28,14 @@ from typing import Any
 
 import numpy as np
 
-from ..compiled import compiled, copy_matrix, inlined
-from ..handles import Handles, array1, array2, array3, array4
-from ..pads import PadSet
-from .grid import GridSdf
-from .kernels import trilinear
-from .look import bound_anywhere, bound_inside, least, look
-from .minorants import block_shift
-from .pad_pose import (
+from ...compiled import compiled, copy_matrix, inlined
+from ...handles import Handles, array1, array2, array3, array4
+from ...pads import PadSet
+from ..grid import GridSdf
+from ..kernels import trilinear
+from ..look import bound_anywhere, bound_inside, least, look
+from ..minorants import block_shift
+from ..pad_pose import (
     LOWER,
     ROUNDING,
     SCALE,
@@ -45,7 +45,7 @@ from .pad_pose import (
     to_cells,
     transform,
 )
-from .tiles import FIRST_FLOOR, FIRST_INDEX, FIRST_POINT, FIRST_TILE, TILE, TILES, cut_into_tiles
+from ..tiles import FIRST_FLOOR, FIRST_INDEX, FIRST_POINT, FIRST_TILE, TILE, TILES, cut_into_tiles
 
 FEW = 5  # tiles looked at without finding all floors anew
 FORGET = 1.0  # [m], a pad whose distances may have changed by more starts with no floors
