@@ -15,12 +15,12 @@ from vtgtsam import EstimatorConfig, PoseEstimator, read_recording
 from vtgtsam.evaluation import store
 from vtgtsam.evaluation.estimates import estimates_table
 from vtgtsam.evaluation.find import find_recordings
-from vtgtsam.evaluation.frames import evaluation_frames
 from vtgtsam.evaluation.methods import method_configs
 from vtgtsam.evaluation.parquet import write_table
 from vtgtsam.evaluation.run import run as evaluate
 from vtgtsam.frame import contact_bits
 from vtgtsam.metrics import Adds, add_each, relative_poses, rotation_errors, translation_errors
+from vtgtsam.recording.frames import evaluation_frames
 
 from .clock import timed
 from .recorded import simulate

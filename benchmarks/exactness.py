@@ -17,7 +17,7 @@ import numpy as np
 
 from vtgtsam import EstimatorConfig, Measurement, PoseEstimator, read_recording
 from vtgtsam.evaluation.find import find_recordings
-from vtgtsam.evaluation.frames import evaluation_frames
+from vtgtsam.recording.frames import evaluation_frames
 
 from . import problems
 from .ours import Ours

@@ -17,8 +17,8 @@ import numpy as np
 
 from vtgtsam import EstimatorConfig, Measurement, PoseEstimator, read_recording
 from vtgtsam.evaluation.find import find_recordings
-from vtgtsam.evaluation.frames import evaluation_frames
 from vtgtsam.evaluation.phases import AFTER, BEFORE, turn_phases
+from vtgtsam.recording.frames import evaluation_frames
 
 from .report import save, table
 

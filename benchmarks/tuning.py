@@ -18,9 +18,9 @@ from joblib import Parallel, delayed
 
 from vtgtsam import EstimatorConfig, Measurement, PoseEstimator, read_recording
 from vtgtsam.evaluation.find import find_recordings
-from vtgtsam.evaluation.frames import evaluation_frames
 from vtgtsam.metrics import Adds
 from vtgtsam.recording import Recording
+from vtgtsam.recording.frames import evaluation_frames
 
 from .report import save, table
 

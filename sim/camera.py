@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import gtsam
 import numpy as np
 
-from vtgtsam.vision.camera import CameraIntrinsics
+from vtgtsam.camera import CameraIntrinsics
 
 if TYPE_CHECKING:
     import mujoco

@@ -12,7 +12,7 @@ import gtsam
 import mujoco
 import numpy as np
 
-from vtgtsam.vision.camera import CameraIntrinsics
+from vtgtsam.camera import CameraIntrinsics
 
 from .graphics import Canvas
 from .observe import Noise, camera_pose

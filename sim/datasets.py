@@ -21,7 +21,7 @@ from functools import partial
 from pathlib import Path
 from typing import Protocol
 
-from vtgtsam.evaluation.atomic import replacing, write_text
+from vtgtsam.atomic import replacing, write_text
 from vtgtsam.evaluation.engine import run_tasks
 from vtgtsam.evaluation.resume import code_version
 from vtgtsam.exceptions import VtgtsamError

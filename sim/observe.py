@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import gtsam
 import numpy as np
 
-from vtgtsam.vision.camera import CameraIntrinsics
+from vtgtsam.camera import CameraIntrinsics
 
 from .calibration import CalibrationError
 from .camera import D435, DepthCamera, add_depth_noise

@@ -9,8 +9,8 @@ from typing import Self
 
 import numpy as np
 
+from vtgtsam.camera import CameraIntrinsics
 from vtgtsam.exceptions import VtgtsamError
-from vtgtsam.vision.camera import CameraIntrinsics
 
 
 class CameraError(VtgtsamError):

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from hardware.device_clock import DeviceClock
-from vtgtsam.vision.camera import CameraIntrinsics
+from vtgtsam.camera import CameraIntrinsics
 
 from .camera import Camera, CameraError, CameraFrame
 

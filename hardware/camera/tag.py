@@ -15,7 +15,7 @@ from typing import Any
 import gtsam
 import numpy as np
 
-from vtgtsam.vision.camera import CameraIntrinsics
+from vtgtsam.camera import CameraIntrinsics
 
 from .camera import CameraError
 

@@ -22,8 +22,8 @@ from hardware.camera.camera import Camera, CameraError, CameraFrame
 from hardware.servo.description import HandDescription
 from hardware.tactile.calibrate import PadScale
 from vtgtsam import ObjectModel
+from vtgtsam.camera import CameraIntrinsics
 from vtgtsam.exceptions import VtgtsamError
-from vtgtsam.vision.camera import CameraIntrinsics
 
 if TYPE_CHECKING:
     from .rig import Rig, Shot

@@ -10,7 +10,7 @@ import numpy as np
 from scipy.ndimage import gaussian_filter
 
 from hardware.camera.camera import Camera, CameraFrame
-from vtgtsam.vision.camera import CameraIntrinsics
+from vtgtsam.camera import CameraIntrinsics
 
 TAG_ID = 0
 # As printed upright, with its white rim; # is black. The tag's size is that of the black square.

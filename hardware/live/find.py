@@ -10,8 +10,8 @@ import numpy as np
 
 from hardware.camera.camera import Camera, CameraError
 from vtgtsam import HandModel, ObjectModel, adds
+from vtgtsam.camera import CameraIntrinsics
 from vtgtsam.vision.alignment import Shape
-from vtgtsam.vision.camera import CameraIntrinsics
 from vtgtsam.vision.first_pose import Candidate, candidates
 from vtgtsam.vision.hand_mask import HandMask
 from vtgtsam.vision.view import View, crop

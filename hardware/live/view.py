@@ -26,7 +26,7 @@ import numpy as np
 
 from hardware.camera.camera import CameraFrame
 from vtgtsam import Estimate, HandModel, ObjectModel
-from vtgtsam.vision.camera import CameraIntrinsics
+from vtgtsam.camera import CameraIntrinsics
 
 from .clock import Ticker
 from .fusion import VISION_HOLD_NS, Fusion

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from vtgtsam import read_recording
-from vtgtsam.evaluation.atomic import replacing
+from vtgtsam.atomic import replacing
 from vtgtsam.recording.trajectory import PoseTrajectory
 
 from .encode import encoder

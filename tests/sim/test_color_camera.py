@@ -18,8 +18,8 @@ from sim.scene import build
 from sim.sequence import SequenceName, Settings, make_sequence
 from sim.skin import find_skin
 from vtgtsam import load_object
+from vtgtsam.camera import CameraIntrinsics
 from vtgtsam.recording.camera import color_images, depth_images
-from vtgtsam.vision.camera import CameraIntrinsics
 
 T_WC = gtsam.Pose3(gtsam.Rot3.RzRyRx(2.5, 0.2, -0.4), [0.3, -0.1, 0.8])
 # A window that lies beside the principal point.

@@ -74,8 +74,8 @@ def attach_vision(
 
     Poses in the wrong unit or frame, or of a mesh with another origin, are noticed and explained.
     """
-    from ..vision.pose_files import PoseFiles
-    from ..vision.pose_files.attach import attach_vision as attach
+    from ..recording.pose_files import PoseFiles
+    from ..recording.pose_files.attach import attach_vision as attach
 
     files = PoseFiles.read(
         poses,
@@ -107,7 +107,7 @@ def _offset(text: str | None, recording: Path) -> tuple[float, ...]:
         return (0.0, 0.0, 0.0)
     if text in ("file", "center"):
         from ..recording import read_recording
-        from ..vision.pose_files.plausible import origins
+        from ..recording.pose_files.plausible import origins
 
         return tuple(origins(read_recording(recording).object)[text][0].tolist())
     try:

@@ -14,8 +14,8 @@ from typing import Any
 import pandas as pd
 import pyarrow.parquet as pq
 
+from ..atomic import LEFTOVER, replacing, write_text
 from . import store
-from .atomic import LEFTOVER, replacing, write_text
 from .bop import HEADER, bop_lines
 from .engine import run_tasks
 from .estimates import POSE

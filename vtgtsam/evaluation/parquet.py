@@ -10,7 +10,7 @@ from typing import Any
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from .atomic import replacing
+from ..atomic import replacing
 
 _ABOUT = b"vtgtsam"
 

@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING
 import pandas as pd
 import yaml
 
+from ..atomic import remove_leftovers, write_text
 from ..config import EstimatorConfig
 from ..exceptions import VtgtsamError
 from . import store
-from .atomic import remove_leftovers, write_text
 from .engine import run_tasks
 from .errors import SCHEMA
 from .exports import export

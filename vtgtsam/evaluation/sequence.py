@@ -15,10 +15,10 @@ from ..estimator import PoseEstimator
 from ..exceptions import RecordingError, VtgtsamError
 from ..frame import contact_bits
 from ..recording import Recording
+from ..recording.frames import evaluation_frames
 from . import store
 from .errors import errors_table
 from .estimates import estimates_table
-from .frames import evaluation_frames
 from .given import Given
 from .phases import turn_phases
 from .remote import RemoteRecording

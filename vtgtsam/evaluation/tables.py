@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pandas as pd
 
+from ..atomic import write_text
 from ..exceptions import VtgtsamError
 from . import store
-from .atomic import write_text
 from .collect import CONDITION, Collected, collect
 from .significance import noise_tests, paired_tests, time_tests
 from .summary import over_time, summarise

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
+from ..camera import CameraIntrinsics
 from ..exceptions import RecordingError
-from ..vision.camera import CameraIntrinsics
 from . import names
 from .bags import open_source
 from .images import decode_color, decode_depth

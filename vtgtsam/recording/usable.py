@@ -92,7 +92,7 @@ def _millimetres(extents: Sequence[float] | np.ndarray) -> str:
 
 def _use_streams(recording: Recording, use: Use) -> Iterator[str]:
     """Notes frames and contacts; yields why there are none."""
-    from ..evaluation.frames import evaluation_frames
+    from .frames import evaluation_frames
 
     try:
         measurements = recording.measurements()

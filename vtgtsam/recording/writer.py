@@ -22,7 +22,7 @@ from .images import encode_color, encode_depth
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-    from ..vision.camera import CameraIntrinsics
+    from ..camera import CameraIntrinsics
 
 MAX_CHUNK_BYTES = 64 * 1024
 MAX_CHUNK_NS = 10**9

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import gtsam
 import numpy as np
 
+from ..camera import CameraIntrinsics
 from .alignment import Evidence, Shape, align, outline_pixels, stride
-from .camera import CameraIntrinsics
 from .hand_mask import HandMask
 from .search import Search
 from .tracker import TrackedPose

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import gtsam
 import numpy as np
 
-from .camera import CameraIntrinsics
+from ..camera import CameraIntrinsics
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike

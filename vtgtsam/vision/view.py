@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .camera import CameraIntrinsics
+from ..camera import CameraIntrinsics
 
 MIN_SIGMA = 0.5e-3  # [m], an image without noise still meets a distance field with cells
 

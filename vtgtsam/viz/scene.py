@@ -30,9 +30,9 @@ from .shapes import link_meshes
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
+    from ..camera import CameraIntrinsics
     from ..hand import HandModel
     from ..objects import ObjectModel
-    from ..vision.camera import CameraIntrinsics
 
 POINT_SIZE = 0.25  # [pixels], of a depth image's points in space: the rest is seen between them
 PAD_THICKNESS = 0.0016  # [m], of the drawn pad; half of it lies above the contact face, to be seen

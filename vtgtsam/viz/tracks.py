@@ -77,7 +77,7 @@ def evaluated_tracks(recording: Recording, folder: Path) -> tuple[list[Measureme
     Raises:
         RecordingError: The folder has no estimates of this recording.
     """
-    from ..evaluation.frames import evaluation_frames
+    from ..recording.frames import evaluation_frames
 
     file = find_estimates(folder, recording.path)
     by_method = _rows_by_method(file)

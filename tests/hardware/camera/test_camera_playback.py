@@ -5,8 +5,8 @@ import pytest
 from hardware.camera.camera import CameraError
 from hardware.camera.playback import PacedCamera, RecordedCamera
 from hardware.camera.sources import open_camera
+from vtgtsam.camera import CameraIntrinsics
 from vtgtsam.recording import RecordingWriter
-from vtgtsam.vision.camera import CameraIntrinsics
 
 INTRINSICS = CameraIntrinsics(32, 24, 30.0, 30.0, 15.5, 11.5)
 

@@ -11,7 +11,7 @@ from hardware.camera import realsense
 from hardware.camera.camera import CameraError
 from hardware.camera.realsense import RealSenseCamera, RealSenseDevice, RealSenseFile
 from hardware.camera.sources import open_camera
-from vtgtsam.vision.camera import CameraIntrinsics
+from vtgtsam.camera import CameraIntrinsics
 
 WIDTH, HEIGHT, COUNT = 160, 120, 8
 

@@ -6,8 +6,8 @@ import pytest
 from hardware.camera.camera import CameraError, CameraFrame
 from hardware.camera.wrist import TagMount, load_wrist, measure_wrist, save_wrist
 from hardware.emulate.tag_view import TagCamera
+from vtgtsam.camera import CameraIntrinsics
 from vtgtsam.exceptions import ConfigError
-from vtgtsam.vision.camera import CameraIntrinsics
 
 pytest.importorskip("pupil_apriltags", reason="pupil-apriltags is not installed")
 

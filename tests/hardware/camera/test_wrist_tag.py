@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 from hardware.camera.camera import CameraError
 from hardware.camera.tag import TagDetector, measure_tag, without_outliers
 from hardware.emulate.tag_view import _CELLS, render_tag
-from vtgtsam.vision.camera import CameraIntrinsics
+from vtgtsam.camera import CameraIntrinsics
 
 pupil_apriltags = pytest.importorskip("pupil_apriltags", reason="pupil-apriltags is not installed")
 
@@ -106,7 +106,7 @@ def test_a_detector_can_be_thrown_away_after_use():
     script = (
         "import numpy as np\n"
         "from hardware.camera.tag import TagDetector\n"
-        "from vtgtsam.vision.camera import CameraIntrinsics\n"
+        "from vtgtsam.camera import CameraIntrinsics\n"
         "for i in range(3):\n"
         "    detector = TagDetector(0, 0.04, CameraIntrinsics(64, 48, 50.0, 50.0, 31.5, 23.5))\n"
         "    detector.detect(np.zeros((48, 64), dtype=np.uint8))\n"

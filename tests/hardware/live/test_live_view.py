@@ -25,8 +25,8 @@ from hardware.live.slots import RunClock, Streams  # noqa: E402
 from hardware.live.view import LiveView, Setup, Where  # noqa: E402
 from hardware.tactile.contact import PadState  # noqa: E402
 from vtgtsam import Measurement, PoseEstimator, load_hand, load_object  # noqa: E402
+from vtgtsam.camera import CameraIntrinsics  # noqa: E402
 from vtgtsam.exceptions import VtgtsamError  # noqa: E402
-from vtgtsam.vision.camera import CameraIntrinsics  # noqa: E402
 
 T_WH = gtsam.Pose3(gtsam.Rot3.RzRyRx(0.1, -0.2, 0.3), np.array([0.0, 0.1, 0.5]))
 T_WO = gtsam.Pose3(gtsam.Rot3(), np.array([0.09, 0.15, 0.5]))

@@ -5,9 +5,9 @@ import pytest
 from held_box import write_grasp
 from sequences import HAND_XML, JOINTS, PADS, pose, write_sequence
 
-from vtgtsam.evaluation.frames import evaluation_frames
 from vtgtsam.exceptions import RecordingError
 from vtgtsam.recording import RecordingWriter, read_recording
+from vtgtsam.recording.frames import evaluation_frames
 from vtgtsam.recording.inspect import inspect_recording
 
 

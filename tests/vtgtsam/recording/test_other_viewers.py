@@ -8,8 +8,8 @@ from mcap.reader import make_reader
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from sequences import JOINTS, PADS, pose
 
+from vtgtsam.camera import CameraIntrinsics
 from vtgtsam.recording import RecordingWriter
-from vtgtsam.vision.camera import CameraIntrinsics
 
 INTRINSICS = CameraIntrinsics(6, 4, 5.0, 5.0, 2.5, 1.5)
 COUNT = 5

@@ -2,10 +2,10 @@
 import numpy as np
 import pytest
 
+from vtgtsam.camera import CameraIntrinsics
 from vtgtsam.exceptions import RecordingError
 from vtgtsam.recording import RecordingWriter
 from vtgtsam.recording.camera import camera_intrinsics, color_images, depth_images
-from vtgtsam.vision.camera import CameraIntrinsics
 
 
 def test_depth_comes_back_to_half_a_millimetre_with_zero_where_there_is_none(tmp_path):

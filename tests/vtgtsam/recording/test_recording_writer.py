@@ -15,8 +15,8 @@ from rosbags.rosbag2 import Reader
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from sequences import HAND_XML, JOINTS, PADS, pose, write_sequence
 
+from vtgtsam.camera import CameraIntrinsics
 from vtgtsam.recording import RecordingWriter, messages, read_recording
-from vtgtsam.vision.camera import CameraIntrinsics
 
 MESH = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
 

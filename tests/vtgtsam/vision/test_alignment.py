@@ -7,10 +7,10 @@ import pytest
 import trimesh
 from scipy.ndimage import binary_dilation, binary_erosion, laplace
 
+from vtgtsam.camera import CameraIntrinsics
 from vtgtsam.sdf.build import build_sdf
 from vtgtsam.vision import kernels
 from vtgtsam.vision.alignment import CUTOFF, GRAZING, ROOM, STEP_SIGMA, Evidence, Shape, align
-from vtgtsam.vision.camera import CameraIntrinsics
 from vtgtsam.vision.view import MIN_SIGMA, View, crop, noise_of
 
 CAMERA = CameraIntrinsics(width=120, height=100, fx=300.0, fy=310.0, cx=60.3, cy=49.1)

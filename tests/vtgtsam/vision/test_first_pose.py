@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from vtgtsam import adds, load_object
+from vtgtsam.camera import CameraIntrinsics
 from vtgtsam.vision import kernels
 from vtgtsam.vision.alignment import Shape
-from vtgtsam.vision.camera import CameraIntrinsics
 from vtgtsam.vision.first_pose import candidates, judge, orientations
 from vtgtsam.vision.view import View
 

@@ -12,10 +12,10 @@ import pytest
 from held_box import HAND_XML, PADS, write_grasp
 
 from vtgtsam import EstimatorConfig, PoseEstimator, cli, evaluate, read_recording
+from vtgtsam.camera import CameraIntrinsics
 from vtgtsam.exceptions import RecordingError, VtgtsamError
 from vtgtsam.recording import RecordingWriter
 from vtgtsam.recording.images import decode_depth
-from vtgtsam.vision.camera import CameraIntrinsics
 
 pytest.importorskip("rerun", reason="the viewer (extra viz) is not installed")
 

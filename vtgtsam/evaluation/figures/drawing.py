@@ -9,7 +9,7 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
-from ..atomic import replacing
+from ...atomic import replacing
 
 DPI = 200
 

@@ -35,7 +35,7 @@ def make_report(out: Path, tables: Tables) -> Path:
     Returns:
         The page.
     """
-    from ..atomic import write_text
+    from ...atomic import write_text
     from ..figures import make_figures
     from ..store import REPORT
     from .page import render

@@ -12,7 +12,7 @@ import numpy as np
 from ...exceptions import RecordingError
 from ...metrics import Adds, rotation_error
 from ...objects import ObjectModel
-from ...recording import Recording
+from .. import Recording
 from .files import PoseFiles
 from .plausible import Reference, in_world
 

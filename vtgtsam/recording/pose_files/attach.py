@@ -10,14 +10,14 @@ from typing import Literal
 import gtsam
 import numpy as np
 
-from ...evaluation.atomic import replacing
+from ...atomic import replacing
 from ...exceptions import RecordingError, VtgtsamError
-from ...recording import Recording, messages, names, read_recording
-from ...recording.bags import open_source
-from ...recording.camera import image_times
-from ...recording.replace import replace_topic
-from ...recording.trajectory import PoseTrajectory
-from ...recording.visual_check import visual_off_truth
+from .. import Recording, messages, names, read_recording
+from ..bags import open_source
+from ..camera import image_times
+from ..replace import replace_topic
+from ..trajectory import PoseTrajectory
+from ..visual_check import visual_off_truth
 from .files import PoseFiles
 from .plausible import check_unit_and_frame, explain_offset, find_reference, in_world
 from .quaternions import check_quaternion_order

@@ -18,7 +18,7 @@ import numpy as np
 from ...exceptions import RecordingError, VtgtsamError
 from ...measurement import Measurement
 from ...objects import ObjectModel
-from ...recording import Recording
+from .. import Recording
 from .files import PoseFiles
 from .formats import Frame
 

@@ -26,7 +26,7 @@ import gtsam
 import numpy as np
 
 from ...exceptions import RecordingError
-from ...recording.messages import QUATERNION_TOLERANCE
+from ..messages import QUATERNION_TOLERANCE
 
 Frame = Literal["world", "camera"]
 

@@ -13,7 +13,7 @@ import dataclasses
 import numpy as np
 
 from ..measurement import Measurement
-from ..recording import Recording
+from .recording import Recording
 
 SILENCE = 2.5  # [periods], a shorter gap is a late or dropped image, not a lost object
 

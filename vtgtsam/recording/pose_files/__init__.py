@@ -2,4 +2,3 @@
 """Visual poses that another program estimated, read from the files it wrote."""
 
 from .files import PoseFiles as PoseFiles
-from .playback import Playback as Playback

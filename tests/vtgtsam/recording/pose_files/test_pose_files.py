@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from vtgtsam.exceptions import RecordingError
-from vtgtsam.vision.pose_files import PoseFiles
-from vtgtsam.vision.tracker import VisualTracker
+from vtgtsam.recording.pose_files import PoseFiles
 
 POSES = [gtsam.Pose3(gtsam.Rot3.RzRyRx(0.3 * k, -0.2, 0.9), [0.1 * k, -0.2, 0.7]) for k in range(4)]
 TIMES = [1.0 + 0.033 * k for k in range(4)]
@@ -153,22 +152,6 @@ def test_what_is_no_pose_is_none_and_a_rounded_rotation_is_one(tmp_path):
 def test_a_quaternion_of_zeros_is_no_pose(tmp_path):
     (tmp_path / "x.txt").write_text("1.0 0 0 0 0 0 0 0\n2.0 0 0 0 0 0 0 1\n")
     assert_same(PoseFiles.read(tmp_path / "x.txt").poses, [None, gtsam.Pose3()])
-
-
-def test_played_back_they_are_a_tracker(tmp_path):
-    names = ("0000000", "0000001", "0000003")
-    files = PoseFiles.read(foundation_pose(tmp_path / "x", [POSES[k] for k in (0, 1, 3)], names))
-    tracker = files.tracker(TIMES)
-    assert isinstance(tracker, VisualTracker)
-    T_wc = gtsam.Pose3(gtsam.Rot3.Rx(2.0), [1.0, 0.0, 0.5])
-    image = np.zeros((2, 2))
-    for _ in range(2):
-        tracker.start(gtsam.Pose3())
-        tracked = [tracker.update(image, T_wc) for _ in range(5)]
-        assert [t.status for t in tracked] == ["ok", "ok", "lost", "ok", "lost"]
-        assert_same([t.T_wo for t in tracked[:2]], [T_wc * POSES[0], T_wc * POSES[1]])
-    stamped = PoseFiles.read(tum(tmp_path / "x.txt")).tracker(TIMES[2:])
-    assert_same([stamped.update(image, T_wc).T_wo for _ in range(3)], [*POSES[2:], None])
 
 
 @pytest.mark.parametrize(

@@ -20,10 +20,8 @@ import numpy as np
 
 from ...exceptions import RecordingError
 from .formats import Frame, PoseTable, read_table
-from .playback import Playback
 
 ROTATION_TOLERANCE = 0.01  # of R'R - I, above which a matrix is no rotation that was rounded
-IMAGE_TOLERANCE_NS = 10**6  # [ns], a stamp this near to an image's is the image's
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,21 +132,6 @@ class PoseFiles:
             f"there are {count} images; give the poses of this recording, or a TUM file, whose "
             "lines have stamps"
         )
-
-    def tracker(self, image_times: Sequence[float] | np.ndarray) -> Playback:
-        """A ``VisualTracker`` that reports these poses, image by image.
-
-        Args:
-            image_times: Instants of the images that it will be given [s], in their order.
-        """
-        instants = np.rint(np.asarray(image_times, dtype=np.float64) * 1e9).astype(np.int64)
-        times, poses = self.times_ns(image_times), self.poses
-        reported: list[gtsam.Pose3 | None] = []
-        for instant in instants:
-            nearest = int(np.argmin(np.abs(times - instant)))
-            near = abs(int(times[nearest]) - int(instant)) <= IMAGE_TOLERANCE_NS
-            reported.append(poses[nearest] if near else None)
-        return Playback(reported, self.frame)
 
 
 def _pose(matrix: np.ndarray, scale: float, T_to: gtsam.Pose3) -> gtsam.Pose3 | None:

@@ -2,7 +2,7 @@
 import numpy as np
 import pytest
 
-from vtgtsam.vision.camera import CameraIntrinsics
+from vtgtsam.camera import CameraIntrinsics
 
 CAMERA = CameraIntrinsics(width=64, height=48, fx=60.0, fy=62.0, cx=30.5, cy=25.0)
 
