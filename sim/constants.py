@@ -37,12 +37,6 @@ TURN_END = 10.0  # [s] (paper: occlusion has increased "after about 10 s")
 TURN_ANGLE = np.deg2rad(45.0)  # [rad], backward, fingers towards the camera
 DURATION = 12.0  # [s]
 
-# The closing motion; the paper gives its form, the numbers are ours.
-RATE = 1.2  # [rad/s], growth of the commanded angle
-LEAD = 0.3  # [rad], the command's largest lead over the measured angle; times gain it limits torque
-STAGGER = 0.35  # [s], by which each joint starts after the next inner one
-THUMB_DELAY = 2.0  # [s], the thumb starts: 1.6 rad / RATE + 2 STAGGER = 2.0
-
 # Sensors and camera.
 FULL_PRESSURE = 6.0  # [N], normal force at which a pad's signal is 1 (paper: calibrated at 6 N)
 CAMERA_DISTANCE = 0.6  # [m], horizontal, from the palm (paper)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from .description import GraspDescription
+from vtgtsam.grasp import GraspDescription
 
 if TYPE_CHECKING:
     import trimesh

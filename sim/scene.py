@@ -14,13 +14,13 @@ import mujoco
 import numpy as np
 
 from vtgtsam import HandModel, ObjectModel
+from vtgtsam.grasp import GraspDescription
 from vtgtsam.hand_file import PadBox, compile_hand, find_pads, parse_spec, read_spec
 from vtgtsam.pads import RIM
 
 from . import constants as c
 from .appearance import color_of
 from .convex import convex_parts
-from .description import GraspDescription
 from .skin import Skin, find_skin
 
 if TYPE_CHECKING:

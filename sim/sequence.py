@@ -20,7 +20,7 @@ from threadpoolctl import threadpool_limits
 from vtgtsam.recording.provenance import object_metadata
 
 from .calibration import CalibrationError
-from .description import load_description
+from .hands import load_description
 from .objects import find_object
 from .observe import DepthVideo, Noise
 from .power_grasp import power_grasp

@@ -7,8 +7,9 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
+from vtgtsam.grasp import GraspController
+
 from . import constants as c
-from .grasp import GraspController
 from .world import World
 
 

@@ -7,8 +7,8 @@ import mujoco
 import numpy as np
 
 from vtgtsam import HandModel, ObjectModel
+from vtgtsam.grasp import GraspDescription
 
-from .description import GraspDescription
 from .scene import HAND, OBJECT, WRIST, build, pad_geom
 
 

@@ -75,8 +75,8 @@ def run(
     from hardware.live.guard import GIVE_UP
     from hardware.live.run import Plan
     from hardware.servo.description import load_description
-    from sim.description import load_description as load_grasp
     from vtgtsam import load_object
+    from vtgtsam.grasp import load_grasp
     from vtgtsam.vision.depth_tracker import FORMS
 
     if tracker not in FORMS:

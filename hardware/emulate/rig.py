@@ -21,7 +21,6 @@ from hardware.servo.description import HandDescription
 from hardware.tactile.calibrate import PadScale
 from hardware.tactile.wiring import PadWiring
 from sim.camera import D435, DepthCamera, add_depth_noise
-from sim.description import load_description as load_grasp
 from sim.observe import camera_pose, window
 from sim.placement import CLEARANCE
 from sim.power_grasp import power_grasp
@@ -29,6 +28,7 @@ from sim.replay import Replay
 from sim.world import World
 from vtgtsam import ObjectModel
 from vtgtsam.exceptions import ConfigError, VtgtsamError
+from vtgtsam.grasp import load_grasp
 
 from .joint_plant import JointPlant
 from .pad_signal import PadParameters, PadSignal, in_parallel, random_parameters

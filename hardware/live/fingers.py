@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The servos' thread: read the joints, tell the fingers where to go, 50 times a second.
 
-The motion is the simulator's controller (``sim.grasp``). Before it begins, the hand is opened at the
+The motion is the simulator's controller (``vtgtsam.grasp``). Before it begins, the hand is opened at the
 same speed and with the same lead over the measured angles.
 """
 
@@ -16,9 +16,9 @@ import numpy as np
 from hardware.servo.errors import CommandError
 from hardware.servo.hand import Hand
 from hardware.servo.state import HandState
-from sim import constants
-from sim.description import GraspDescription
-from sim.grasp import GraspController
+from vtgtsam.grasp import GraspController, GraspDescription
+from vtgtsam.grasp.controller import CLOSED, LEAD
+from vtgtsam.grasp.controller import RATE as GROWTH
 
 from . import guard
 from .clock import Ticker
@@ -31,7 +31,6 @@ RATE = 50.0  # [Hz]
 OPEN = (
     0.1  # [rad], a joint so near its start counts as there; friction keeps it from getting nearer
 )
-CLOSED = constants.TURN_START  # [s], after which the hand has closed (paper: the hand turns then)
 
 
 class Phase(Enum):
@@ -146,21 +145,19 @@ class Fingers:
                 self.phase = Phase.OPEN
             return goals
         if self.phase is Phase.OPEN:
-            return np.clip(self._start, joints - constants.LEAD, joints + constants.LEAD)
+            return np.clip(self._start, joints - LEAD, joints + LEAD)
         since = (now_ns - self._began_ns) / 1e9
         if since >= CLOSED:
             self.phase = Phase.CLOSED
         goals = self._controller.step(since, dt, joints)
         # A finger may be pushed away from its goal by more than a command may lead.
-        return np.clip(
-            np.clip(goals, joints - constants.LEAD, joints + constants.LEAD), *self._limits.T
-        )
+        return np.clip(np.clip(goals, joints - LEAD, joints + LEAD), *self._limits.T)
 
     def _towards_start(self, joints: np.ndarray, dt: float) -> np.ndarray:
         """Where to go to open the hand: from where it is by at most the lead."""
         if self._opening is None:
             self._opening = joints.copy()
-        step = constants.RATE * dt
+        step = GROWTH * dt
         self._opening = self._opening + np.clip(self._start - self._opening, -step, step)
-        goals = np.clip(self._opening, joints - constants.LEAD, joints + constants.LEAD)
+        goals = np.clip(self._opening, joints - LEAD, joints + LEAD)
         return np.clip(goals, *self._limits.T)

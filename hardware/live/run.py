@@ -28,8 +28,8 @@ from hardware.tactile.board import PadBoard
 from hardware.tactile.calibrate import BASELINE_SECONDS, measure_baseline
 from hardware.tactile.contact import ContactDetector
 from hardware.tactile.wiring import PadWiring
-from sim.description import GraspDescription
 from vtgtsam import EstimatorConfig, HandModel, Measurement, ObjectModel, PoseEstimator
+from vtgtsam.grasp import GraspDescription
 from vtgtsam.recording import RecordingWriter, names
 from vtgtsam.recording.provenance import mesh_file, object_metadata
 from vtgtsam.vision.depth_tracker import DepthTracker, make_tracker

@@ -13,7 +13,7 @@ from sim import sequence
 from sim.__main__ import app
 from sim.camera import DepthCamera
 from sim.color import SIGMA, ColorCamera, add_color_noise
-from sim.description import load_description
+from sim.hands import load_description
 from sim.scene import build
 from sim.sequence import SequenceName, Settings, make_sequence
 from sim.skin import find_skin

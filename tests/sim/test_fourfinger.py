@@ -9,7 +9,7 @@ from short_course import FRAMES, shorten
 
 from sim import constants as c
 from sim import sequence
-from sim.description import load_description
+from sim.hands import load_description
 from sim.look.sheet import contact_sheet
 from sim.placement import above_palm
 from sim.sequence import SequenceName, Settings, make_sequence

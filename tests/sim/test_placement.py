@@ -2,7 +2,7 @@
 import numpy as np
 import trimesh
 
-from sim.description import load_description
+from sim.hands import load_description
 from sim.placement import CLEARANCE, MAX_YAW, above_palm, occ, vary
 
 MESH = trimesh.creation.box(bounds=[(0.1, 0.0, 0.0), (0.13, 0.05, 0.09)])  # off its origin

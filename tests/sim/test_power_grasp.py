@@ -4,7 +4,7 @@ import pytest
 import trimesh
 
 from sim import placement, power_grasp
-from sim.description import load_description
+from sim.hands import load_description
 from sim.sampling import NotGraspable, sample_sequence
 from sim.world import World
 from vtgtsam import ObjectModel, build_sdf

@@ -5,7 +5,7 @@ import pytest
 import trimesh
 
 from sim import constants as c
-from sim.description import load_description
+from sim.hands import load_description
 from sim.placement import above_palm
 from sim.scene import CAMERA, HAND, OBJECT, WRIST, pad_geom, rounded_box
 from sim.world import World

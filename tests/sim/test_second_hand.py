@@ -6,7 +6,7 @@ import pytest
 import trimesh
 
 from sim import constants as c
-from sim.description import load_description
+from sim.hands import load_description
 from sim.placement import above_palm
 from sim.simulate import simulate
 from sim.world import World

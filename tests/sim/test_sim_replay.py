@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 from short_course import shorten
 
-from sim.description import load_description
+from sim.hands import load_description
 from sim.placement import above_palm
 from sim.replay import Replay
 from sim.scene import OBJECT, WRIST

@@ -9,14 +9,14 @@ import trimesh
 from short_course import shorten
 
 from sim import constants as c
-from sim.description import load_description
-from sim.grasp import GraspController
+from sim.hands import load_description
 from sim.placement import above_palm
 from sim.sampling import NotGraspable, sample_sequence
 from sim.scene import OBJECT
 from sim.simulate import Rejected, simulate, wrist_angle
 from sim.world import World
 from vtgtsam import ObjectModel, build_sdf
+from vtgtsam.grasp import GraspController
 
 SPACING = 0.001  # [m], of a pad's grid points
 

@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 from hardware.live.find import as_start, choose, object_view
 from hardware.live.guard import LiveError
 from sim.camera import D435, DepthCamera, add_depth_noise
-from sim.description import load_description
+from sim.hands import load_description
 from sim.observe import camera_pose, window
 from sim.placement import above_palm
 from sim.replay import Replay

@@ -2,9 +2,8 @@
 import numpy as np
 import pytest
 
-from sim import constants as c
-from sim.description import GraspDescription
-from sim.grasp import GraspController
+from vtgtsam.grasp import GraspController, GraspDescription
+from vtgtsam.grasp import controller as c
 
 NAMES = ("wrist_yaw", "a0", "a1", "t0", "t1")
 LIMITS = np.array([(-1, 1), (-0.2, 1.5), (-0.2, 1.5), (-0.2, 1.5), (-1.2, 0.3)])

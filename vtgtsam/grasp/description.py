@@ -1,23 +1,24 @@
 # SPDX-License-Identifier: MIT
 """How a hand grasps, as data: which joints close, in which order, and where its palm is.
 
-With the hand's MJCF or URDF this is all that the simulator needs to know about a hand.
+With the hand's MJCF or URDF this is all that simulator and live loop need to know to close a hand.
 """
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import mujoco
 import numpy as np
 import pydantic
 import yaml
 
-from vtgtsam import HandModel, load_hand
-from vtgtsam.exceptions import HandError
+from ..exceptions import HandError
 
-_BUILT_IN = Path(__file__).parent / "hands"
+if TYPE_CHECKING:
+    from .. import HandModel
+
+_BUILT_IN = Path(__file__).parent
 Vector = tuple[float, float, float]
 
 
@@ -37,7 +38,8 @@ class Palm(_Strict):
         z = np.array(self.normal) / np.linalg.norm(self.normal)
         x = np.array(self.fingers) - np.dot(self.fingers, z) * z
         x /= np.linalg.norm(x)
-        return np.array([x, np.cross(z, x), z])
+        R_wh: np.ndarray = np.array([x, np.cross(z, x), z])
+        return R_wh
 
 
 class Forearm(_Strict):
@@ -74,6 +76,8 @@ class GraspDescription(_Strict):
 
     def load_hand(self) -> HandModel:
         """The hand that this describes."""
+        from .. import HandModel, load_hand
+
         path = Path(self.hand)
         return HandModel.from_mjcf(path, self.pads) if path.is_file() else load_hand(self.hand)
 
@@ -97,6 +101,8 @@ class GraspDescription(_Strict):
                 f"the description of hand {hand.name!r} names joints it does not have: "
                 f"{', '.join(unknown)}; it has {', '.join(hand.joint_names)}"
             )
+        import mujoco
+
         slides = hand.model.jnt_type == mujoco.mjtJoint.mjJNT_SLIDE
         sliding = {name for name, slide in zip(hand.joint_names, slides, strict=True) if slide}
         if closing := sorted(sliding & set(self.ranks())):
@@ -106,18 +112,22 @@ class GraspDescription(_Strict):
             )
 
 
-def load_description(name_or_path: str | Path = "isyhand") -> GraspDescription:
+def load_grasp(name_or_path: str | Path = "isyhand", *folders: Path) -> GraspDescription:
     """The description of a built-in hand by its name, or one from a YAML file.
+
+    Args:
+        name_or_path: A name, or the file.
+        folders: Where names are looked for besides here.
 
     Raises:
         HandError: There is no such description, or it is wrong.
     """
     path = Path(name_or_path)
-    built_in = _BUILT_IN / f"{name_or_path}.yaml"
     if not path.is_file():
-        path = built_in
+        named = [file for folder in (_BUILT_IN, *folders) for file in folder.glob("*.yaml")]
+        path = next((file for file in named if file.stem == str(name_or_path)), path)
     if not path.is_file():
-        known = ", ".join(sorted(file.stem for file in _BUILT_IN.glob("*.yaml")))
+        known = ", ".join(sorted(file.stem for file in named))
         raise HandError(
             f"no description of a hand {str(name_or_path)!r}: known are {known}, or give a YAML file"
         )

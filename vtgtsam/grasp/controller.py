@@ -6,8 +6,8 @@ ahead of the measured angle by at most a fixed lead, so that the servo's torque 
 
     command = min(command + rate dt, q + lead, upper limit)
 
-Inner joints close first; the thumb starts after the fingers have closed. There is no simulator in here:
-the real hand is closed by the same code.
+Inner joints close first; the thumb starts after the fingers have closed. Simulated and real hands are closed
+by the same code. The paper gives the motion's form, the numbers are ours.
 """
 
 from __future__ import annotations
@@ -16,8 +16,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from . import constants
 from .description import GraspDescription
+
+RATE = 1.2  # [rad/s], growth of the commanded angle
+LEAD = 0.3  # [rad], the command's largest lead over the measured angle; times gain it limits torque
+STAGGER = 0.35  # [s], by which each joint starts after the next inner one
+THUMB_DELAY = 2.0  # [s], the thumb starts: 1.6 rad / RATE + 2 STAGGER = 2.0
+CLOSED = 4.5  # [s], after which the hand has closed: THUMB_DELAY + 2.0, and time to press
 
 
 class GraspController:
@@ -36,8 +41,8 @@ class GraspController:
         description: GraspDescription,
         joint_names: Sequence[str],
         limits: np.ndarray,
-        rate: float = constants.RATE,
-        lead: float = constants.LEAD,
+        rate: float = RATE,
+        lead: float = LEAD,
     ) -> None:
         self._rate, self._lead = rate, lead
         self._sign = np.array([description.sign(name) for name in joint_names])
@@ -64,5 +69,5 @@ def _start_time(description: GraspDescription, joint: str) -> float:
     rank = description.ranks().get(joint)
     if rank is None:
         return np.inf
-    delay = constants.THUMB_DELAY if joint in description.thumb else 0.0
-    return delay + rank * constants.STAGGER
+    delay = THUMB_DELAY if joint in description.thumb else 0.0
+    return delay + rank * STAGGER

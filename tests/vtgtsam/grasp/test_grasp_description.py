@@ -2,8 +2,8 @@
 import numpy as np
 import pytest
 
-from sim.description import Palm, load_description
 from vtgtsam.exceptions import HandError
+from vtgtsam.grasp.description import Palm, load_grasp
 
 HAND = """
 <mujoco model="flat">
@@ -24,7 +24,7 @@ palm: {center: [0, 0, 0], normal: [0, 1, 0], fingers: [0, 0, 2]}
 
 
 def test_the_built_in_description_names_the_hands_own_joints():
-    description = load_description()
+    description = load_grasp()
     description.check(description.load_hand())
     closing = description.ranks()
     assert len(closing) == 12
@@ -34,7 +34,7 @@ def test_the_built_in_description_names_the_hands_own_joints():
 def test_a_description_finds_its_hand_beside_itself(tmp_path):
     (tmp_path / "flat.xml").write_text(HAND)
     (tmp_path / "flat.yaml").write_text(YAML)
-    description = load_description(tmp_path / "flat.yaml")
+    description = load_grasp(tmp_path / "flat.yaml")
     assert description.load_hand().joint_names == ("bend",)
     description.check(description.load_hand())
 
@@ -42,7 +42,7 @@ def test_a_description_finds_its_hand_beside_itself(tmp_path):
 def test_joints_that_the_hand_does_not_have_are_listed(tmp_path):
     (tmp_path / "flat.xml").write_text(HAND)
     (tmp_path / "flat.yaml").write_text(YAML.replace("[[bend]]", "[[bend, curl], [grip]]"))
-    description = load_description(tmp_path / "flat.yaml")
+    description = load_grasp(tmp_path / "flat.yaml")
     with pytest.raises(HandError, match="does not have: curl, grip; it has bend"):
         description.check(description.load_hand())
 
@@ -50,7 +50,7 @@ def test_joints_that_the_hand_does_not_have_are_listed(tmp_path):
 def test_a_joint_that_slides_cannot_close(tmp_path):
     (tmp_path / "flat.xml").write_text(HAND.replace('name="bend"', 'name="bend" type="slide"'))
     (tmp_path / "flat.yaml").write_text(YAML)
-    description = load_description(tmp_path / "flat.yaml")
+    description = load_grasp(tmp_path / "flat.yaml")
     with pytest.raises(HandError, match="of hand 'flat' slide: bend"):
         description.check(description.load_hand())
 
@@ -62,13 +62,13 @@ def test_a_joint_that_slides_cannot_close(tmp_path):
 def test_a_wrong_description_is_refused_in_one_line(tmp_path, old, new):
     (tmp_path / "flat.yaml").write_text(YAML.replace(old, new))
     with pytest.raises(HandError, match="flat.yaml") as caught:
-        load_description(tmp_path / "flat.yaml")
+        load_grasp(tmp_path / "flat.yaml")
     assert "\n" not in str(caught.value)
 
 
 def test_an_unknown_description_lists_the_known_ones():
-    with pytest.raises(HandError, match="'shadow': known are fourfinger, isyhand"):
-        load_description("shadow")
+    with pytest.raises(HandError, match="'shadow': known are isyhand"):
+        load_grasp("shadow")
 
 
 def test_a_level_palm_faces_up_with_the_fingers_along_x():
