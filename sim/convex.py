@@ -13,7 +13,7 @@ import numpy as np
 
 from vtgtsam.cache import cached_arrays
 from vtgtsam.exceptions import VtgtsamError
-from vtgtsam.meshes import sha256_of
+from vtgtsam.mesh.reading import sha256_of
 
 if TYPE_CHECKING:
     import trimesh

@@ -14,7 +14,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from vtgtsam.cache import cached_arrays
-from vtgtsam.meshes import sha256_of
+from vtgtsam.mesh.reading import sha256_of
 
 from . import constants as c
 from .placement import MAX_YAW, above_palm, turned

@@ -15,8 +15,8 @@ import numpy as np
 
 from vtgtsam import HandModel, ObjectModel
 from vtgtsam.grasp import GraspDescription
-from vtgtsam.hand_file import PadBox, compile_hand, find_pads, parse_spec, read_spec
-from vtgtsam.pads import RIM
+from vtgtsam.hands.file import PadBox, compile_hand, find_pads, parse_spec, read_spec
+from vtgtsam.hands.pads import RIM
 
 from . import constants as c
 from .appearance import color_of

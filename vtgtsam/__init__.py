@@ -15,14 +15,14 @@ if TYPE_CHECKING:
     from .estimator import PoseEstimator as PoseEstimator
     from .evaluation.run import evaluate as evaluate
     from .exceptions import VtgtsamError as VtgtsamError
-    from .hand import HandModel as HandModel
-    from .hand import load_hand as load_hand
+    from .hands.model import HandModel as HandModel
+    from .hands.model import load_hand as load_hand
+    from .hands.pads import Pad as Pad
+    from .hands.pads import PadSet as PadSet
     from .measurement import Measurement as Measurement
     from .metrics import adds as adds
     from .objects import ObjectModel as ObjectModel
     from .objects import load_object as load_object
-    from .pads import Pad as Pad
-    from .pads import PadSet as PadSet
     from .recording import Recording as Recording
     from .recording import read_recording as read_recording
     from .sdf.build import build_sdf as build_sdf
@@ -36,14 +36,14 @@ _MODULES = {
     "PoseEstimator": "estimator",
     "evaluate": "evaluation.run",
     "VtgtsamError": "exceptions",
-    "HandModel": "hand",
-    "load_hand": "hand",
+    "HandModel": "hands.model",
+    "load_hand": "hands.model",
     "Measurement": "measurement",
     "adds": "metrics",
     "ObjectModel": "objects",
     "load_object": "objects",
-    "Pad": "pads",
-    "PadSet": "pads",
+    "Pad": "hands.pads",
+    "PadSet": "hands.pads",
     "Recording": "recording",
     "read_recording": "recording",
     "build_sdf": "sdf.build",

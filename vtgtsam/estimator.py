@@ -23,10 +23,10 @@ from .covariance import covariance_of
 from .diagnosis import diagnose
 from .estimate import Estimate, Status
 from .frame import Frame, check, matrix_of, require_finite_pose
+from .hands.pads import PadSet
 from .measurement import Measurement
 from .objective import Objective
 from .objects import ObjectModel
-from .pads import PadSet
 from .solvers import Solution, new_solver
 
 logger = logging.getLogger(__name__)

@@ -14,8 +14,8 @@ from numpy.typing import ArrayLike
 from .cholesky import factorize, invert
 from .compiled import compiled
 from .exceptions import NotFiniteError
+from .hands.pads import PadSet
 from .measurement import Measurement
-from .pads import PadSet
 
 _ORTHONORMAL = 1e-4  # largest deviation of R'R from I that still counts as rounding
 _SYMMETRIC = 1e-6  # largest relative difference of two entries that should be equal
@@ -210,7 +210,7 @@ def pad_poses(measurement: Measurement, hand: PadSet) -> np.ndarray:
 def _given_pad_poses(measurement: Measurement, hand: PadSet) -> np.ndarray:
     """The same, not yet known to be poses."""
     if measurement.T_wp is None:
-        from .hand import HandModel  # brings MuJoCo, which a PadSet does without
+        from .hands.model import HandModel  # brings MuJoCo, which a PadSet does without
 
         if not isinstance(hand, HandModel):
             raise ValueError(

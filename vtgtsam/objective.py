@@ -15,8 +15,8 @@ from .factors.noise import sqrt_information, theta
 from .factors.visual import VisualTerm, visual_loss, visual_rows
 from .frame import Frame
 from .handles import array1, array2
+from .hands.pads import PadSet
 from .objects import ObjectModel
-from .pads import PadSet
 from .sdf.closest import ClosestPoints
 
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from .exceptions import MeshError
-from .meshes import check_size, read_mesh, sha256_of
+from .mesh.reading import check_size, read_mesh, sha256_of
 from .sdf.build import build_sdf
 from .sdf.grid import GridSdf
 
@@ -31,7 +31,7 @@ class ObjectModel:
             "symmetries_continuous"; millimetres there).
         mass: Mass [kg] where it is known; only the simulator needs it.
         source: The built-in name or the path of the mesh it was loaded from.
-        sha256: Hash of the mesh as it lies in its source (``vtgtsam.meshes.sha256_of``).
+        sha256: Hash of the mesh as it lies in its source (``vtgtsam.mesh.reading.sha256_of``).
         scale: Metres per unit of the source.
         origin: Origin of the object frame, in the source's frame and axes [m]:
             p_o = scale * p_source - origin.

@@ -15,7 +15,7 @@ import numpy as np
 
 from vtgtsam import HandModel, Recording
 from vtgtsam.exceptions import VtgtsamError
-from vtgtsam.hand_file import PADS_TEXT, pads_pattern, parse_spec
+from vtgtsam.hands.file import PADS_TEXT, pads_pattern, parse_spec
 
 from ..appearance import Color, color_of
 from ..description import load_description

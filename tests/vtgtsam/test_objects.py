@@ -5,7 +5,7 @@ import trimesh
 from ycb import ycb_path
 
 from vtgtsam import GridSdf, ObjectModel, VtgtsamError, load_object
-from vtgtsam.meshes import sha256_of
+from vtgtsam.mesh.reading import sha256_of
 from vtgtsam.shapes import CATALOGUE, NAMES
 
 

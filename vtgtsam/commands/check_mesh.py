@@ -12,7 +12,7 @@ PROBLEMS = 1
 
 def check_mesh(mesh: Mesh, scale: Scale = 1.0, resolution: Resolution = 128) -> None:
     """Look a mesh over: units, holes, thin walls, distance field. Exit code 1 if it has problems."""
-    from ..mesh_check import check_mesh as check
+    from ..mesh.check import check_mesh as check
 
     report = check(mesh, scale=scale, resolution=resolution)
     typer.echo(str(report))

@@ -19,7 +19,7 @@ def sdf(
     resolution: Resolution = 128,
 ) -> None:
     """Build the signed distance field of a mesh; `GridSdf.load` reads the file."""
-    from ..meshes import read_mesh
+    from ..mesh.reading import read_mesh
     from ..sdf.build import build_sdf
 
     surface = read_mesh(mesh)

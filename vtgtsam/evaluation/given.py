@@ -12,8 +12,8 @@ from typing import Any
 
 import numpy as np
 
+from ..hands.pads import PadSet
 from ..objects import ObjectModel
-from ..pads import PadSet
 from ..recording import Recording, TopicMap, load_topics, read_recording
 from ..recording.topics import ObjectFile
 

@@ -29,8 +29,8 @@ from .sequence import Outcome, Task, evaluate_sequence
 from .tables import Tables, make_tables, write_csv
 
 if TYPE_CHECKING:
+    from ..hands.pads import PadSet
     from ..objects import ObjectModel
-    from ..pads import PadSet
     from ..recording import TopicMap
 
     PathLike = str | os.PathLike[str]

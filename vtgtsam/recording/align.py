@@ -15,7 +15,7 @@ from .named import NamedStream
 from .poses import PoseStream
 
 if TYPE_CHECKING:
-    from ..hand import HandModel
+    from ..hands.model import HandModel
 
 VISION_HOLD_NS = 10**9  # a visual tracker silent for longer than this reports nothing
 OTHER_TIME_NS = (

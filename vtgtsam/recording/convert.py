@@ -27,8 +27,8 @@ from .writer import RecordingWriter
 if TYPE_CHECKING:
     import gtsam
 
+    from ..hands.pads import PadSet
     from ..objects import ObjectModel
-    from ..pads import PadSet
     from .topics import TopicMap
 
 _RATE = 30.0  # [Hz], at which a bag without visual poses is tried

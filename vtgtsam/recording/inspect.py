@@ -17,8 +17,8 @@ from .source import BagMessage
 from .usable import try_to_use
 
 if TYPE_CHECKING:
+    from ..hands.pads import PadSet
     from ..objects import ObjectModel
-    from ..pads import PadSet
     from .topics import TopicMap
 
 GAP_PERIODS = 5  # a pause of so many usual periods is a gap

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
-    from ..hand import HandModel
+    from ..hands.model import HandModel
     from .named import NamedStream
 
 HINGE_TOLERANCE = 0.3  # [rad], encoders' zeros are off by less

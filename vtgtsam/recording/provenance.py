@@ -20,7 +20,7 @@ from . import names
 if TYPE_CHECKING:
     import trimesh
 
-    from ..hand import HandModel
+    from ..hands.model import HandModel
     from ..objects import ObjectModel
 
 
@@ -52,7 +52,7 @@ def mesh_file(obj: ObjectModel) -> bytes:
 
 
 def _source_mesh(obj: ObjectModel) -> trimesh.Trimesh:
-    from ..meshes import read_mesh
+    from ..mesh.reading import read_mesh
     from ..shapes import CATALOGUE
 
     if obj.source is None or (obj.scale == 1.0 and not any(obj.origin)):
@@ -68,7 +68,7 @@ def find_hand(info: Mapping[str, str], attachments: Mapping[str, bytes]) -> Hand
         RecordingError: The recording says nothing of its hand.
         HandError: The attachment is no hand, or the name is unknown.
     """
-    from ..hand import HandModel, load_hand
+    from ..hands.model import HandModel, load_hand
 
     attached = _attached(attachments, names.HAND_ATTACHMENT)
     if attached is not None:

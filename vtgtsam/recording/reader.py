@@ -22,9 +22,9 @@ from .source import BagMessage, Source
 from .topics import ObjectFile, TopicMap, Topics, load_topics
 
 if TYPE_CHECKING:
-    from ..hand import HandModel
+    from ..hands.model import HandModel
+    from ..hands.pads import PadSet
     from ..objects import ObjectModel
-    from ..pads import PadSet
 
 
 def read_recording(
@@ -131,7 +131,7 @@ def _hand(
     info: dict[str, str],
     attachments: dict[str, bytes],
 ) -> HandModel:
-    from ..hand import HandModel, load_hand
+    from ..hands.model import HandModel, load_hand
 
     if hand is None:
         hand = topic_map.hand

@@ -25,7 +25,7 @@ from .visual_check import visual_off_truth
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from ..hand import HandModel
+    from ..hands.model import HandModel
     from ..objects import ObjectModel
     from .topics import Topics
 

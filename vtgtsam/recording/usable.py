@@ -17,8 +17,8 @@ from .recording import Recording
 from .visual_check import visual_off_truth
 
 if TYPE_CHECKING:
+    from ..hands.pads import PadSet
     from ..objects import ObjectModel
-    from ..pads import PadSet
     from .topics import TopicMap
 
 LARGEST_DISTANCE = 10.0  # [m], poses further from the world's origin are probably in millimetres

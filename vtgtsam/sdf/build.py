@@ -16,8 +16,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..cache import cached_arrays
-from ..mesh_orientation import outward
-from ..meshes import check_geometry, check_size, read_mesh, sha256_of
+from ..mesh.orientation import outward
+from ..mesh.reading import check_geometry, check_size, read_mesh, sha256_of
 from .grid import GridSdf
 
 if TYPE_CHECKING:

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..pads import PadSet
+from ..hands.pads import PadSet
 
 TILE = 8  # points: as many as one vector of single-precision numbers
 FIRST_TILE, TILES, FIRST_POINT, FIRST_FLOOR, FIRST_INDEX = range(5)  # columns of ``Tiles.pads``

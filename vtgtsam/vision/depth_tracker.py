@@ -19,7 +19,7 @@ from .view import View, crop
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-    from ..hand import HandModel
+    from ..hands.model import HandModel
     from ..objects import ObjectModel
 
 MARGIN = 0.02  # [m], around the object: what it may move between two frames

@@ -14,7 +14,7 @@ from ..camera import CameraIntrinsics
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-    from ..hand import HandModel
+    from ..hands.model import HandModel
 
 TOLERANCE = 0.01  # [m], a surface at most this far in front of the hand's still counts as the hand
 

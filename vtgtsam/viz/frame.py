@@ -16,7 +16,7 @@ from .scene import Scene
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-    from ..hand import HandModel
+    from ..hands.model import HandModel
     from ..objects import ObjectModel
 
 

@@ -13,8 +13,8 @@ from ..sdf.closest import ClosestPoints
 
 if TYPE_CHECKING:
     from ..config import EstimatorConfig
+    from ..hands.pads import PadSet
     from ..objects import ObjectModel
-    from ..pads import PadSet
 
 
 class PadJudge:

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from ..camera import CameraIntrinsics
-    from ..hand import HandModel
+    from ..hands.model import HandModel
     from ..objects import ObjectModel
 
 POINT_SIZE = 0.25  # [pixels], of a depth image's points in space: the rest is seen between them

@@ -6,7 +6,7 @@ from pathlib import Path
 import gtsam
 import numpy as np
 
-from vtgtsam.hand import HandModel
+from vtgtsam.hands.model import HandModel
 from vtgtsam.recording import RecordingWriter
 
 HAND_XML = """<mujoco model="gripper">

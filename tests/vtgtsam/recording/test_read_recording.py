@@ -5,8 +5,8 @@ import pytest
 from sequences import HAND_XML, JOINTS, PADS, gripper, pose, write_sequence
 
 from vtgtsam.exceptions import HandError, RecordingError
+from vtgtsam.hands.pads import PadSet
 from vtgtsam.objects import load_object
-from vtgtsam.pads import PadSet
 from vtgtsam.recording import RecordingWriter, messages, names, read_recording
 from vtgtsam.recording.provenance import mesh_file, object_metadata
 

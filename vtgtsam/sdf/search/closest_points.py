@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...pads import PadSet
+from ...hands.pads import PadSet
 from ..grid import GridSdf
 from ..pad_pose import points_in_world
 from .tabled import closest_on_pads, new_search

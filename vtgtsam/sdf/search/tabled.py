@@ -30,7 +30,7 @@ import numpy as np
 
 from ...compiled import compiled, copy_matrix, inlined
 from ...handles import Handles, array1, array2, array3, array4
-from ...pads import PadSet
+from ...hands.pads import PadSet
 from ..grid import GridSdf
 from ..kernels import trilinear
 from ..look import bound_anywhere, bound_inside, least, look

@@ -17,15 +17,15 @@ from typing import TYPE_CHECKING, Any
 import mujoco
 import numpy as np
 
-from . import hand_file
-from .exceptions import HandError, NotFiniteError
+from ..exceptions import HandError, NotFiniteError
+from . import file as hand_file
 from .pads import Pad, PadSet
 
 if TYPE_CHECKING:
     import gtsam
     from numpy.typing import ArrayLike
 
-_BUILT_IN = Path(__file__).parent / "data" / "hands"
+_BUILT_IN = Path(__file__).parent
 
 
 def load_hand(name_or_path: str | Path) -> HandModel:

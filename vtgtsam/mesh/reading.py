@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .exceptions import MeshError
+from ..exceptions import MeshError
 
 if TYPE_CHECKING:
     import trimesh

@@ -4,7 +4,7 @@ import pytest
 import trimesh
 
 from vtgtsam.exceptions import MeshError
-from vtgtsam.mesh_orientation import outward
+from vtgtsam.mesh.orientation import outward
 from vtgtsam.shapes import CATALOGUE
 
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 import pytest
 
-from vtgtsam.compiled_cache import drop_stale
+from vtgtsam.compiled.stale import drop_stale
 
 
 @pytest.fixture

@@ -10,9 +10,9 @@ from typing import Any
 
 import numba
 
-from .compiled_cache import drop_stale
+from .stale import drop_stale
 
-drop_stale(Path(__file__).parent)
+drop_stale(Path(__file__).parents[1])
 
 logger = logging.getLogger(__name__)
 

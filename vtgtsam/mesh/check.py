@@ -10,15 +10,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .exceptions import MeshError
-from .mesh_orientation import outward
-from .meshes import check_size, read_mesh
-from .sdf.build import build_sdf
+from ..exceptions import MeshError
+from ..sdf.build import build_sdf
+from .orientation import outward
+from .reading import check_size, read_mesh
 
 if TYPE_CHECKING:
     import trimesh
 
-    from .sdf.grid import GridSdf
+    from ..sdf.grid import GridSdf
 
 SAMPLES = 20_000  # points at which the field is compared, and rays through walls
 SEED = 0

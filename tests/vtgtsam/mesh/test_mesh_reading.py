@@ -5,7 +5,7 @@ import trimesh
 from PIL import Image
 
 from vtgtsam.exceptions import MeshError
-from vtgtsam.meshes import read_mesh, sha256_of
+from vtgtsam.mesh.reading import read_mesh, sha256_of
 from vtgtsam.shapes import CATALOGUE
 
 

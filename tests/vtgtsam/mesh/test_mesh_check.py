@@ -3,8 +3,9 @@ import numpy as np
 import pytest
 import trimesh
 
-from vtgtsam import GridSdf, VtgtsamError, mesh_check
-from vtgtsam.mesh_check import check_mesh
+from vtgtsam import GridSdf, VtgtsamError
+from vtgtsam.mesh import check
+from vtgtsam.mesh.check import check_mesh
 from vtgtsam.shapes import CATALOGUE
 
 
@@ -65,8 +66,8 @@ def test_wrong_sign_is_found(tmp_path, monkeypatch):
         sdf = original(mesh, resolution)
         return GridSdf(-sdf.values, sdf.lower, sdf.upper)
 
-    original = mesh_check.build_sdf
-    monkeypatch.setattr(mesh_check, "build_sdf", turned_field)
+    original = check.build_sdf
+    monkeypatch.setattr(check, "build_sdf", turned_field)
     report = check_mesh(saved(CATALOGUE["ball"].mesh(), tmp_path), resolution=32)
     assert any("wrong sign" in problem for problem in report.problems)
 

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .exceptions import MeshError
-from .meshes import merged
+from ..exceptions import MeshError
+from .reading import merged
 
 if TYPE_CHECKING:
     import trimesh

@@ -9,7 +9,7 @@ import pytest
 
 from vtgtsam import HandModel, load_hand
 
-PAGE = (Path(__file__).parents[2] / "docs" / "pads.md").read_text()
+PAGE = (Path(__file__).parents[3] / "docs" / "pads.md").read_text()
 
 
 def snippets(language):

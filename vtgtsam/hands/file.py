@@ -12,7 +12,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from .exceptions import HandError
+from ..exceptions import HandError
 
 _log = logging.getLogger(__name__)
 

@@ -1,0 +1,7 @@
+# SPDX-License-Identifier: MIT
+"""Loops compiled with Numba: the decorators, and machine code on disk that fits its sources."""
+
+from .decorators import compiled as compiled
+from .decorators import copy_matrix as copy_matrix
+from .decorators import inlined as inlined
+from .decorators import inlined_fast as inlined_fast

@@ -1,0 +1,2 @@
+# SPDX-License-Identifier: MIT
+"""Robot hands: their pads, their joints, and the files that describe them."""

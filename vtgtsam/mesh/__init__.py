@@ -1,0 +1,2 @@
+# SPDX-License-Identifier: MIT
+"""Triangle meshes: read, refused where nothing can be made of them, turned outwards, looked over."""
