@@ -18,7 +18,7 @@ from vtgtsam.exceptions import VtgtsamError
 from vtgtsam.hands.file import PADS_TEXT, pads_pattern, parse_spec
 
 from ..appearance import Color, color_of
-from ..description import load_description
+from ..hands import load_description
 from ..scene import HAND, hand_with_pads, pad_geom
 from .instants import Instant
 
