@@ -16,10 +16,10 @@ import typer
 
 from vtgtsam.exceptions import VtgtsamError
 
-from .commands.calibrate_pads import calibrate_pads
 from .commands.calibrate_wrist import calibrate_wrist
 from .commands.check import check
 from .commands.emulate import emulate
+from .commands.pads import calibrate_pads
 from .commands.run import run
 from .stop_signals import stop_on_signals
 

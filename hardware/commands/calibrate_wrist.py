@@ -23,7 +23,7 @@ def calibrate_wrist(
     """Find the hand in the camera frame from the AprilTag on its wrist, averaged over 30 images."""
     import numpy as np
 
-    from hardware.camera.sources import open_camera
+    from hardware.camera.camera import open_camera
     from hardware.camera.wrist import measure_wrist, save_wrist
     from hardware.servo.description import load_description
     from vtgtsam.exceptions import ConfigError

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     import gtsam
 
     from hardware.live.devices import Devices
-    from hardware.live.run import Plan
+    from hardware.live.session import Plan
     from hardware.live.view import Where
     from vtgtsam import EstimatorConfig
 
@@ -70,11 +70,10 @@ def run(
     seed: Annotated[int, typer.Option(min=0, help="Of the emulation's noise.")] = 0,
 ) -> None:
     """Close the hand round an object, track it, and record everything."""
-    from hardware.emulate.rig import wiring_of
     from hardware.live.devices import Ports, real_devices
-    from hardware.live.guard import GIVE_UP
-    from hardware.live.run import Plan
-    from hardware.servo.description import load_description
+    from hardware.live.session import Plan
+    from hardware.live.streams import GIVE_UP
+    from hardware.servo.description import load_description, wiring_of
     from vtgtsam import load_object
     from vtgtsam.grasp import load_grasp
     from vtgtsam.vision.depth_tracker import FORMS
@@ -118,7 +117,7 @@ def run(
 
 
 def _carry_out(plan: Plan, devices: Devices, ask: Callable[[str], None]) -> None:
-    from hardware.live.run import run as carry_out
+    from hardware.live.session import carry_out
 
     status = carry_out(plan, devices, ask, typer.echo)
     for line in status.summary():
@@ -152,7 +151,7 @@ def _emulated(plan: Plan, seed: int) -> Iterator[Devices]:
 
 def _ask(question: str) -> None:
     """Wait for a person."""
-    from hardware.live.guard import LiveError
+    from hardware.live.streams import LiveError
 
     try:
         input(question)

@@ -15,6 +15,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hardware.tactile.pressure import PadScale
+from hardware.tactile.wiring import PadWiring
+
 EXPONENT = 0.7
 
 
@@ -122,3 +125,23 @@ def in_parallel(resistances: np.ndarray, input_of: np.ndarray, inputs: int) -> n
         inputs: How many inputs there are.
     """
     return 1.0 / np.bincount(input_of, weights=1.0 / resistances, minlength=inputs)
+
+
+def pad_parameters(wiring: PadWiring, seed: np.random.SeedSequence) -> PadParameters:
+    """What the emulated pads are like."""
+    return random_parameters(wiring.input_of(wiring.pad_names), np.random.default_rng(seed))
+
+
+def bench_scale(wiring: PadWiring, parameters: PadParameters) -> PadScale:
+    """What a calibration of these pads would find.
+
+    Of pads in parallel the less sensitive one counts, as in the wizard.
+    """
+    input_of, count = wiring.input_of(wiring.pad_names), len(wiring.inputs)
+    baseline = in_parallel(parameters.rest_ohm, input_of, count)
+    drop = np.full(count, np.inf)
+    for pad, index in enumerate(input_of):
+        pressed = parameters.rest_ohm.copy()
+        pressed[pad] *= 1.0 - parameters.drop[pad]
+        drop[index] = min(drop[index], (baseline - in_parallel(pressed, input_of, count))[index])
+    return PadScale(baseline, drop)

@@ -19,7 +19,7 @@ import numpy as np
 from hardware.tactile.frame import FULL_SCALE, Frame, encode
 from hardware.tactile.wiring import PadWiring
 
-from .pad_signal import PadSignal, in_parallel
+from .pad_signal import PadSignal, in_parallel, pad_parameters
 
 # Normal and shear force on each pad [N] at a time since the board started [s]: two arrays of shape
 # (K,), in the order of the wiring's pads.
@@ -175,3 +175,52 @@ class PadBoardEmulator:
                 os.write(self._master, data)
             except BlockingIOError:
                 pass  # nobody reads; a real board's bytes are lost as well
+
+
+_FORCE = 6.0  # [N]
+_FIRST, _LAST = 1.0, 4.0  # [s] after Enter: pressed in between
+
+
+class PadPresser:
+    """An emulated pad board with somebody to press it; a context manager.
+
+    Attributes:
+        path: The board's port.
+    """
+
+    def __init__(self, wiring: PadWiring, say: Callable[[str], None], seed: int = 0) -> None:
+        """Begin with nothing touched.
+
+        Args:
+            wiring: The pads.
+            say: Shows what is done.
+            seed: As of a ``Rig``, whose pads are then the same.
+        """
+        self._names = wiring.pad_names
+        self._say = say
+        self._pad: int | None = None
+        self._asked = 0.0
+        pads = np.random.SeedSequence(seed).spawn(2)[0]
+        signal = PadSignal(pad_parameters(wiring, pads), np.random.default_rng(pads))
+        self._board = PadBoardEmulator(wiring, signal, self._forces)
+        self.path = self._board.path
+
+    def __enter__(self) -> PadPresser:
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        self._board.close()
+
+    def answer(self, question: str) -> str:
+        """Do what is asked, and press Enter."""
+        self._say(question)
+        named = [k for k, name in enumerate(self._names) if f"] {name}:" in question]
+        self._pad = named[0] if named else None
+        self._asked = time.monotonic()
+        return ""
+
+    def _forces(self, elapsed: float) -> tuple[np.ndarray, np.ndarray]:
+        normal = np.zeros(len(self._names))
+        if self._pad is not None and _FIRST < time.monotonic() - self._asked < _LAST:
+            normal[self._pad] = _FORCE
+        return normal, np.zeros_like(normal)

@@ -16,10 +16,8 @@ from dataclasses import dataclass
 import gtsam
 import numpy as np
 
-from hardware.live.clock import Ticker
-from hardware.servo.description import HandDescription
-from hardware.tactile.calibrate import PadScale
-from hardware.tactile.wiring import PadWiring
+from hardware.live.threads import Ticker
+from hardware.servo.description import HandDescription, wiring_of
 from sim.camera import D435, DepthCamera, add_depth_noise
 from sim.observe import camera_pose, window
 from sim.placement import CLEARANCE
@@ -27,11 +25,11 @@ from sim.power_grasp import power_grasp
 from sim.replay import Replay
 from sim.world import World
 from vtgtsam import ObjectModel
-from vtgtsam.exceptions import ConfigError, VtgtsamError
+from vtgtsam.exceptions import VtgtsamError
 from vtgtsam.grasp import load_grasp
 
-from .joint_plant import JointPlant
-from .pad_signal import PadParameters, PadSignal, in_parallel, random_parameters
+from .motor import JointPlant
+from .pad_signal import PadSignal, bench_scale, pad_parameters
 from .pads import PadBoardEmulator
 from .servos import ServoLineEmulator
 from .simulated_hand import SimulatedHand
@@ -138,34 +136,3 @@ class Rig:
     def _forces(self, elapsed: float) -> tuple[np.ndarray, np.ndarray]:
         normal = self.hand.pad_forces()[self._pad_order]
         return normal, np.zeros_like(normal)
-
-
-def wiring_of(description: HandDescription) -> PadWiring:
-    """The hand's pads.
-
-    Raises:
-        ConfigError: It has none.
-    """
-    if description.pads is None:
-        raise ConfigError("the hand's file has no entry 'pads': see hardware/data/isyhand.yaml")
-    return description.pads
-
-
-def pad_parameters(wiring: PadWiring, seed: np.random.SeedSequence) -> PadParameters:
-    """What the emulated pads are like."""
-    return random_parameters(wiring.input_of(wiring.pad_names), np.random.default_rng(seed))
-
-
-def bench_scale(wiring: PadWiring, parameters: PadParameters) -> PadScale:
-    """What a calibration of these pads would find.
-
-    Of pads in parallel the less sensitive one counts, as in the wizard.
-    """
-    input_of, count = wiring.input_of(wiring.pad_names), len(wiring.inputs)
-    baseline = in_parallel(parameters.rest_ohm, input_of, count)
-    drop = np.full(count, np.inf)
-    for pad, index in enumerate(input_of):
-        pressed = parameters.rest_ohm.copy()
-        pressed[pad] *= 1.0 - parameters.drop[pad]
-        drop[index] = min(drop[index], (baseline - in_parallel(pressed, input_of, count))[index])
-    return PadScale(baseline, drop)

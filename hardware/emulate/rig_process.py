@@ -20,7 +20,7 @@ import numpy as np
 
 from hardware.camera.camera import Camera, CameraError, CameraFrame
 from hardware.servo.description import HandDescription
-from hardware.tactile.calibrate import PadScale
+from hardware.tactile.pressure import PadScale
 from vtgtsam import ObjectModel
 from vtgtsam.camera import CameraIntrinsics
 from vtgtsam.exceptions import VtgtsamError

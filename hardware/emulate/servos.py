@@ -17,12 +17,12 @@ import threading
 import time
 import tty
 from collections import deque
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+from random import Random
 
-from .faults import LineFaults
-from .line import answers
 from .motor import FreeMotors, Plant
-from .packets import Decoder, Packet, pack
+from .packets import BROADCAST, Decoder, Instruction, Packet, pack, status
 from .servo import EmulatedServo
 
 _TICK = 0.005  # [s], how often the servos' time goes on without traffic
@@ -162,3 +162,138 @@ def _speed(terminal: int) -> int:
     settings = fcntl.ioctl(terminal, _TCGETS2, bytes(_TERMIOS2.size))
     speed: int = _TERMIOS2.unpack(settings)[-1]
     return speed
+
+
+@dataclass
+class LineFaults:
+    """Probabilities (a status packet each) and lasting faults; may be changed while it runs.
+
+    Attributes:
+        drop: The packet is lost.
+        corrupt: One of its bits flips.
+        truncate: Its end is missing.
+        garbage: Noise comes before it.
+        duplicate: It comes twice.
+        delay: It and all after it come ``delay_time`` late, as when a USB hub stalls.
+        delay_time: How late [s].
+        lost_instruction: An instruction packet does not reach the servos (probability).
+        echo: The adapter sends back what it is sent.
+        silent: Ids of servos that are not there.
+        seed: The same seed gives the same faults.
+    """
+
+    drop: float = 0.0
+    corrupt: float = 0.0
+    truncate: float = 0.0
+    garbage: float = 0.0
+    duplicate: float = 0.0
+    delay: float = 0.0
+    delay_time: float = 0.03
+    lost_instruction: float = 0.0
+    echo: bool = False
+    silent: set[int] = field(default_factory=set)
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        self._random = Random(self.seed)
+
+    def loses_instruction(self) -> bool:
+        """Whether this instruction packet is lost."""
+        return self._random.random() < self.lost_instruction
+
+    def spoil(self, packet: bytes) -> tuple[float, bytes]:
+        """How late a status packet comes [s], and what is left of it."""
+        chance = self._random.random
+        if chance() < self.drop:
+            packet = b""
+        if packet and chance() < self.corrupt:
+            packet = self._flip(packet)
+        if packet and chance() < self.truncate:
+            packet = packet[: self._random.randrange(len(packet))]
+        if chance() < self.duplicate:
+            packet = packet + packet
+        if chance() < self.garbage:
+            packet = self._random.randbytes(self._random.randint(1, 20)) + packet
+        return (self.delay_time if chance() < self.delay else 0.0), packet
+
+    def _flip(self, packet: bytes) -> bytes:
+        at = self._random.randrange(len(packet))
+        return packet[:at] + bytes([packet[at] ^ 1 << self._random.randrange(8)]) + packet[at + 1 :]
+
+
+Servos = Mapping[int, EmulatedServo]  # those that hear the line now, by id
+
+_UNKNOWN = 2  # error number: undefined instruction
+
+
+def answers(packet: Packet, servos: Servos) -> Iterator[bytes]:
+    """Status packets as bytes, in the order in which they go over the line; no port, no time.
+
+    Source: ROBOTIS e-manual, "DYNAMIXEL Protocol 2.0", section "Instruction Details"; of its instructions those
+    that this project and the clients in its tests send.
+    """
+    p = packet.parameters
+    match packet.instruction:
+        case Instruction.STATUS:
+            return  # an adapter's echo
+        case Instruction.SYNC_READ:
+            yield from _in_turn(servos, _word(p, 0), _word(p, 2), p[4:])
+        case Instruction.SYNC_WRITE:
+            _sync_write(servos, p)
+        case _ if packet.servo_id == BROADCAST:
+            for servo_id in sorted(servos):  # all obey; only a ping is answered
+                replies = _single(packet, servos[servo_id])
+                if packet.instruction == Instruction.PING:
+                    yield from replies
+        case _ if packet.servo_id in servos:
+            yield from _single(packet, servos[packet.servo_id])
+
+
+def _single(packet: Packet, servo: EmulatedServo) -> list[bytes]:
+    """The answer of one servo, or none, as its status return level says."""
+    servo_id, level = servo.servo_id, servo.get("status_return_level")
+    error, data = _obey(packet.instruction, packet.parameters, servo)
+    asked = {0: {Instruction.PING}, 1: {Instruction.PING, Instruction.READ}}.get(level)
+    if asked is not None and packet.instruction not in asked:
+        return []
+    return [status(servo_id, error | servo.alert, data)]
+
+
+def _obey(instruction: int, p: bytes, servo: EmulatedServo) -> tuple[int, bytes]:
+    """Do what one servo is told; error number and data of its answer."""
+    match instruction:
+        case Instruction.PING:
+            return 0, servo.read(0, 2)[1] + servo.read(6, 1)[1]
+        case Instruction.READ if len(p) == 4:
+            return servo.read(_word(p, 0), _word(p, 2))
+        case Instruction.WRITE if len(p) > 2:
+            return servo.write(_word(p, 0), p[2:]), b""
+        case Instruction.REBOOT:
+            servo.reboot()
+            return 0, b""
+    return _UNKNOWN, b""
+
+
+def _in_turn(servos: Servos, address: int, length: int, ids: bytes) -> Iterator[bytes]:
+    """Each servo answers after the one before it; an absent one silences all that follow.
+
+    (So says ROBOTIS in DynamixelSDK issue 364.)
+    """
+    for servo_id in ids:
+        if servo_id not in servos:
+            return
+        servo = servos[servo_id]
+        error, data = servo.read(address, length)
+        yield status(servo_id, error | servo.alert, data)
+
+
+def _sync_write(servos: Servos, p: bytes) -> None:
+    """The same registers of many servos; nobody answers."""
+    address, length = _word(p, 0), _word(p, 2)
+    for k in range(4, len(p) - length, length + 1):
+        if p[k] in servos:
+            servos[p[k]].write(address, p[k + 1 : k + 1 + length])
+
+
+def _word(data: bytes, at: int) -> int:
+    return int.from_bytes(data[at : at + 2], "little")

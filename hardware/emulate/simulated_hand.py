@@ -18,7 +18,7 @@ from sim import constants as c
 from sim.scene import HAND, OBJECT
 from sim.world import World
 
-from .joint_plant import JointDrive, JointMotion
+from .motor import JointDrive, JointMotion
 
 TORQUE_PER_AMPERE = c.STALL_TORQUE / 1.47  # [N m/A], XL330-M288-T at 5 V: 0.52 N m at 1.47 A
 AWAY = np.array([0.0, 0.0, -5.0])  # [m], where the object is before it is put on the palm

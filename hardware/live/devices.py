@@ -10,12 +10,11 @@ from pathlib import Path
 
 import gtsam
 
-from hardware.camera.camera import Camera
-from hardware.camera.sources import open_camera
+from hardware.camera.camera import Camera, open_camera
 from hardware.camera.wrist import load_wrist
 from hardware.emulate.rig_process import RigProcess
 from hardware.servo.description import HandDescription
-from hardware.tactile.calibrate import PadScale, load_scale
+from hardware.tactile.pressure import PadScale, load_scale
 from vtgtsam import ObjectModel
 
 Truth = Callable[[float, gtsam.Pose3], None]

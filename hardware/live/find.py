@@ -16,7 +16,7 @@ from vtgtsam.vision.first_pose import Candidate, candidates
 from vtgtsam.vision.hand_mask import HandMask
 from vtgtsam.vision.view import View, crop
 
-from .guard import LiveError
+from .streams import LiveError
 
 IMAGES = 10  # whose median is looked at
 GOOD = 0.9  # least score of a pose that is believed; simulated ones had 0.97 to 1, wrong ones up to 0.88

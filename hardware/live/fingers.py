@@ -13,17 +13,16 @@ from enum import Enum
 
 import numpy as np
 
-from hardware.servo.errors import CommandError
+from hardware.servo.bus import CommandError
 from hardware.servo.hand import Hand
 from hardware.servo.state import HandState
 from vtgtsam.grasp import GraspController, GraspDescription
 from vtgtsam.grasp.controller import CLOSED, LEAD
 from vtgtsam.grasp.controller import RATE as GROWTH
 
-from . import guard
-from .clock import Ticker
 from .recorder import Recorder
-from .slots import RunClock, Streams
+from .streams import RunClock, Streams, may_move
+from .threads import Ticker
 
 log = logging.getLogger(__name__)
 
@@ -136,7 +135,7 @@ class Fingers:
 
     def _may_close(self, now_ns: int) -> bool:
         ages = {name: self._streams.age(name, now_ns) for name in ("joints", "pads")}
-        return guard.may_move(ages)
+        return may_move(ages)
 
     def _goals(self, joints: np.ndarray, now_ns: int, dt: float) -> np.ndarray:
         if self.phase is Phase.OPENING:

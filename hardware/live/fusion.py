@@ -15,22 +15,22 @@ What is fused is exactly what a reader of the recording finds at the instants of
 from __future__ import annotations
 
 import threading
+from collections import defaultdict
 from types import SimpleNamespace
 
 import gtsam
+import numpy as np
 
 from vtgtsam import Estimate, Measurement, PoseEstimator
 from vtgtsam.recording import messages
 
-from . import guard
 from .recorder import Recorder
-from .slots import RunClock, Sample, Streams
-from .statistics import Latencies
+from .streams import MAX_AGE, RunClock, Sample, Streams, stale
 
 STREAMS = ("joints", "pads", "vision", "images")  # images: whether or not a pose was found in it
 PERIOD_NS = round(1e9 / 30)  # between frames where there are no images
 PATIENCE_NS = 40_000_000  # how long to wait for joints and pads to pass an image's instant
-VISION_HOLD_NS = round(guard.MAX_AGE["vision"] * 1e9)
+VISION_HOLD_NS = round(MAX_AGE["vision"] * 1e9)
 LATE_NS = 500_000_000  # how late an image may be and still count where images have become rare
 CAMERA_GONE = 1.0  # [s], without images: none is waited for
 _POLL = 0.005  # [s]
@@ -112,7 +112,7 @@ class Fusion:
         if joints is None or pads is None or streams.latest("vision") is None:
             return None
         ages = {name: streams.age(name, now_ns) for name in ("joints", "pads")}
-        if guard.stale(ages):
+        if stale(ages):
             return None
         known_ns = min(joints.instant_ns, pads.instant_ns)
         image = streams.latest("images")
@@ -123,7 +123,7 @@ class Fusion:
         silence = streams.age("images", now_ns)
         if silence < CAMERA_GONE:
             known_ns = min(known_ns, now_ns - LATE_NS)
-        blind = silence > guard.MAX_AGE["vision"]
+        blind = silence > MAX_AGE["vision"]
         return known_ns if blind and known_ns >= streams.sealed_ns + PERIOD_NS else None
 
     def _waited(self, image_ns: int, now_ns: int) -> bool:
@@ -150,3 +150,30 @@ class Fusion:
             sample = samples[name]
             if sample is not None and (name != "vision" or measurement.T_wo_visual is not None):
                 self.latencies.add(name, (now_ns - sample.instant_ns) / 1e9)
+
+
+class Latencies:
+    """Delays by name."""
+
+    def __init__(self) -> None:
+        self._seconds: dict[str, list[float]] = defaultdict(list)
+
+    def add(self, name: str, seconds: float) -> None:
+        """Note one."""
+        self._seconds[name].append(seconds)
+
+    def percentiles(self, name: str) -> tuple[float, float, float] | None:
+        """Median, 95 % and 99 % quantile [s]; None where there are none."""
+        if not self._seconds[name]:
+            return None
+        p50, p95, p99 = np.percentile(self._seconds[name], [50, 95, 99])
+        return float(p50), float(p95), float(p99)
+
+    def lines(self) -> list[str]:
+        """A table."""
+        rows = [f"{'sensor-to-pose latency [ms]':28} {'p50':>6} {'p95':>6} {'p99':>6}"]
+        for name in sorted(self._seconds):
+            found = self.percentiles(name)
+            if found is not None:
+                rows.append(f"  {name:26} " + " ".join(f"{1000 * x:6.1f}" for x in found))
+        return rows

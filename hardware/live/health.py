@@ -8,19 +8,16 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from hardware.camera.camera import CameraError
+from hardware.camera.camera import CameraError, open_camera
 from hardware.camera.realsense import find_devices
-from hardware.camera.sources import open_camera
-from hardware.servo.bus import Bus
+from hardware.servo.bus import Bus, BusError, NoAnswerError
 from hardware.servo.description import HandDescription
-from hardware.servo.errors import BusError, NoAnswerError
-from hardware.servo.guard import WARM
 from hardware.servo.port import latency_timer
-from hardware.servo.scan import find_servos
-from hardware.servo.setup import describe_error
+from hardware.servo.safety import WARM
+from hardware.servo.setup import describe_error, find_servos
 from hardware.servo.table import MODEL
 from hardware.tactile.board import PadBoard, PadBoardError
-from hardware.tactile.calibrate import PadCalibrationError, measure_baseline
+from hardware.tactile.pressure import PadCalibrationError, measure_baseline
 from vtgtsam.exceptions import RecordingError
 
 SUPPLY = 4.5, 5.5  # [V]; the XL330 runs from 3.7 to 6 V, 5 V recommended
@@ -156,15 +153,15 @@ def check_pads(description: HandDescription, port: str | None) -> Finding:
         with PadBoard(port, inputs=len(wiring.inputs)) as board:
             board.wait()
             readings = board.record(2.0)
-            statistics = board.statistics()
+            counts = board.counts()
     except PadBoardError as error:
         finding.problems.append(str(error))
         return finding
     rate = len(readings) / 2.0
-    finding.facts.append(f"{rate:.0f} readings a second, {statistics.lost} lost")
+    finding.facts.append(f"{rate:.0f} readings a second, {counts.lost} lost")
     if rate < _PAD_RATE:
         finding.problems.append(
-            statistics.diagnosis() or f"only {rate:.0f} readings a second: is the computer busy?"
+            counts.diagnosis() or f"only {rate:.0f} readings a second: is the computer busy?"
         )
     resistances = wiring.resistance(readings)
     for index, ohm in enumerate(np.median(resistances, axis=0)):

@@ -10,14 +10,13 @@ import gtsam
 import numpy as np
 
 from hardware.camera.camera import Camera, CameraFrame
-from hardware.tactile.board import PadBoard
-from hardware.tactile.contact import ContactDetector
-from hardware.tactile.readings import PadReading
+from hardware.tactile.board import PadBoard, PadReading
+from hardware.tactile.pressure import ContactDetector
 from vtgtsam.vision.depth_tracker import DepthTracker
 
 from .fusion import as_recorded
 from .recorder import Recorder
-from .slots import RunClock, Streams
+from .streams import RunClock, Streams
 
 _POLL = 0.005  # [s], how long a reading may lie in the board's buffer
 

@@ -5,16 +5,15 @@ from __future__ import annotations
 
 import sys
 import time
+from collections import deque
 from typing import TextIO
 
 import numpy as np
 
-from . import guard
 from .fingers import Fingers
 from .fusion import Fusion
 from .sensors import Vision
-from .slots import RunClock, Streams
-from .statistics import Rate
+from .streams import MAX_AGE, RunClock, Streams, stale
 
 _TERMINAL_PERIOD, _PLAIN_PERIOD = 0.2, 2.0  # [s], between lines
 _SHOWN = ("joints", "pads", "images", "fusion")
@@ -111,8 +110,26 @@ class Status:
         return "" if state is None else f"{np.nanmax(state.temperatures):.0f} °C"
 
     def _pose(self, now_ns: int) -> str:
-        ages = {name: self._streams.age(name, now_ns) for name in guard.MAX_AGE}
-        late = ", ".join(guard.stale(ages))
+        ages = {name: self._streams.age(name, now_ns) for name in MAX_AGE}
+        late = ", ".join(stale(ages))
         estimate = self._fusion.last
         verdict = "waiting" if estimate is None else estimate.status
         return f"{verdict}, {late} too old" if late else verdict
+
+
+_WINDOW = 3.0  # [s], over which a rate is taken
+
+
+class Rate:
+    """How fast a counter has grown of late."""
+
+    def __init__(self) -> None:
+        self._seen: deque[tuple[float, int]] = deque()
+
+    def update(self, now: float, count: int) -> float:
+        """Note a counter's value at a time [s]; its growth over the last 3 s [Hz]."""
+        self._seen.append((now, count))
+        while self._seen[0][0] < now - _WINDOW:
+            self._seen.popleft()
+        then, before = self._seen[0]
+        return (count - before) / (now - then) if now > then else 0.0

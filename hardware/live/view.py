@@ -28,9 +28,9 @@ from hardware.camera.camera import CameraFrame
 from vtgtsam import Estimate, HandModel, ObjectModel
 from vtgtsam.camera import CameraIntrinsics
 
-from .clock import Ticker
 from .fusion import VISION_HOLD_NS, Fusion
-from .slots import RunClock, Streams
+from .streams import RunClock, Streams
+from .threads import Ticker
 
 if TYPE_CHECKING:
     from vtgtsam.viz.frame import FrameDrawing

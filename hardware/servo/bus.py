@@ -34,15 +34,34 @@ from dynamixel_sdk.robotis_def import (
     INST_WRITE,
 )
 
-from .codec import Block, decode, encode, register
-from .errors import BusError, NoAnswerError, ServoError
-from .link import LinkStatistics
+from vtgtsam.exceptions import VtgtsamError
+
 from .port import PORT_ERRORS, Port, why_not_open
-from .replies import Reply, in_order, parse
-from .table import ALERT, STATUS_ERRORS
+from .replies import Reply, Traffic, in_order, parse
+from .table import ALERT, STATUS_ERRORS, Block, decode, encode, register
 
 _CYCLE_PATIENCE = 0.012  # [s], beyond the bytes' time; less is a false alarm under load
 _PATIENCE = 0.2  # [s], outside the cycle nothing hurries
+
+
+class BusError(VtgtsamError):
+    """The port cannot be opened, is gone, or servos do not answer."""
+
+
+class NoAnswerError(BusError):
+    """A servo did not answer, or only with damaged packets."""
+
+
+class TorqueError(BusError):
+    """Torque may still be on: only the power switch helps."""
+
+
+class ServoError(VtgtsamError):
+    """A servo refused what it was told or is in trouble; no torque is on."""
+
+
+class CommandError(ServoError):
+    """A commanded position breaks a rule; nothing was sent, torque stays as it was."""
 
 
 @dataclass(frozen=True)
@@ -95,7 +114,7 @@ class Bus:
     def __init__(self, path: str, baud: int, names: Mapping[int, str] | None = None) -> None:
         self.path = path
         self.baud = baud
-        self.statistics = LinkStatistics()
+        self.traffic = Traffic()
         self._names = dict(names or {})
         self._lock = threading.Lock()
         self._packets = PacketHandler(2.0)
@@ -188,7 +207,7 @@ class Bus:
             replies = in_order(arrived, ids)
             self._dirty = len(replies) < len(ids)
         for servo_id in ids:
-            self.statistics.count(servo_id, answered=servo_id in replies, now=end)
+            self.traffic.count(servo_id, answered=servo_id in replies, now=end)
         answers = {
             i: Answer(block.decode(reply.data), bool(reply.error & ALERT), reply.arrived)
             for i, reply in replies.items()
@@ -212,7 +231,7 @@ class Bus:
                 reply = self._await(servo_id, size)
                 self._dirty = reply is None
                 now = time.monotonic()
-            self.statistics.count(servo_id, answered=reply is not None, now=now)
+            self.traffic.count(servo_id, answered=reply is not None, now=now)
             if reply is not None:
                 if number := reply.error & ~ALERT:
                     what = STATUS_ERRORS.get(number, f"reports error {number}")
@@ -253,7 +272,7 @@ class Bus:
         raw, result = self._packets.rxPacket(self._port, False)
         if result == COMM_SUCCESS:
             return parse(raw, time.monotonic())
-        self.statistics.damaged += bool(raw)
+        self.traffic.damaged += bool(raw)
         return None
 
     def _await(self, servo_id: int, size: int) -> Reply | None:
@@ -265,7 +284,7 @@ class Bus:
             refused = bool(reply.error & ~ALERT) and not reply.data
             if reply.servo_id == servo_id and (refused or len(reply.data) == size):
                 return reply
-            self.statistics.foreign += 1
+            self.traffic.foreign += 1
 
     def _collect(self, wanted: set[int], size: int) -> list[Reply]:
         """Status packets of ``size`` bytes until every wanted servo sent one or time is up."""
@@ -279,7 +298,7 @@ class Bus:
                 arrived.append(reply)
                 missing.discard(reply.servo_id)
             else:
-                self.statistics.foreign += 1
+                self.traffic.foreign += 1
         return arrived
 
 

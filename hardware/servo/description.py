@@ -151,6 +151,17 @@ def load_description(name_or_path: str | Path) -> HandDescription:
         raise ConfigError(f"{path}: {_first_mistake(error)}") from error
 
 
+def wiring_of(description: HandDescription) -> PadWiring:
+    """The hand's pads.
+
+    Raises:
+        ConfigError: It has none.
+    """
+    if description.pads is None:
+        raise ConfigError("the hand's file has no entry 'pads': see hardware/data/isyhand.yaml")
+    return description.pads
+
+
 def _first_mistake(error: ValidationError) -> str:
     """Where it is, what is expected, and what is there instead."""
     first = error.errors()[0]

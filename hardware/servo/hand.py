@@ -22,11 +22,10 @@ from typing import NoReturn
 
 from numpy.typing import ArrayLike
 
-from . import command, setup, torque
-from .bus import Bus, SyncRead
+from . import safety, setup
+from .bus import Bus, BusError, CommandError, NoAnswerError, ServoError, SyncRead, TorqueError
 from .description import HandDescription
-from .errors import BusError, CommandError, NoAnswerError, ServoError, TorqueError
-from .guard import MAX_MISSES, Guard, Trouble
+from .safety import MAX_MISSES, Guard, Trouble
 from .state import STATE, HandState, StateTracker
 
 _OUTSIDE = 0.1  # [rad], how far outside its limits a joint may stand when torque goes on
@@ -108,7 +107,7 @@ class Hand:
             self._check_standing(self._complete_state())
             self._torque_known_off = False
             try:
-                torque.turn_on(self.bus, self._ids, self.description.watchdog)
+                setup.turn_on(self.bus, self._ids, self.description.watchdog)
             except BaseException:
                 self.off()
                 raise
@@ -157,8 +156,8 @@ class Hand:
         with self._lock:
             if not self._enabled:
                 raise CommandError("torque is off: call enable() first")
-            angles = command.by_joint(self.description, positions)
-            command.check(self.description, self._tracker, angles, time.monotonic())
+            angles = safety.by_joint(self.description, positions)
+            safety.check_command(self.description, self._tracker, angles, time.monotonic())
             joints = [self._joints[name] for name in angles]
             goals = {joint.id: joint.ticks(angles[joint.name]) for joint in joints}
             self.bus.sync_write("goal_position", goals)
@@ -175,9 +174,9 @@ class Hand:
             self._sent.clear()
             patience = self.description.patience
             try:
-                torque.turn_off(self.bus, self._ids, patience)
+                setup.turn_off(self.bus, self._ids, patience)
             except (KeyboardInterrupt, SystemExit):  # a signal must not stop this halfway
-                torque.turn_off(self.bus, self._ids, patience)
+                setup.turn_off(self.bus, self._ids, patience)
                 raise
             self._torque_known_off = True
 

@@ -1,17 +1,24 @@
 # SPDX-License-Identifier: MIT
-"""Bringing servos into the state the hand needs: who is there, and which registers hold what."""
+"""Bringing servos into the state the hand needs: who is there, which registers hold what, torque on and off."""
 
 from __future__ import annotations
 
 import contextlib
 import logging
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
-from .bus import Bus
-from .codec import Block, from_si, register
+from .bus import Bus, BusError, NoAnswerError, ServoError, TorqueError
 from .description import HandDescription, Joint
-from .errors import BusError, NoAnswerError, ServoError
-from .table import CAREFUL_SHUTDOWN, CURRENT_BASED_POSITION, HARDWARE_ERRORS, MODEL
+from .table import (
+    BAUD_CODES,
+    CAREFUL_SHUTDOWN,
+    CURRENT_BASED_POSITION,
+    HARDWARE_ERRORS,
+    MODEL,
+    Block,
+    from_si,
+    register,
+)
 
 log = logging.getLogger(__name__)
 
@@ -158,3 +165,86 @@ def _see(bus: Bus, name: str, present: Mapping[int, int], wanted: Mapping[int, i
     ]
     if wrong:
         raise ServoError(f"{name} did not stay as written: {'; '.join(wrong)}")
+
+
+_TORQUE = Block(["torque_enable"])
+_OFF_ATTEMPTS = 5
+_SOON = 0.02  # [s]
+
+
+def turn_on(bus: Bus, ids: Sequence[int], watchdog: float) -> None:
+    """Torque on with the goal where each servo is now.
+
+    Args:
+        bus: The line.
+        ids: The servos.
+        watchdog: Silence after which a servo stops by itself [s].
+    """
+    for servo_id in ids:
+        bus.write(servo_id, "goal_position", bus.read(servo_id, "present_position"))
+        bus.write(servo_id, "bus_watchdog", from_si("bus_watchdog", watchdog))
+    for servo_id in ids:
+        bus.write(servo_id, "torque_enable", 1)
+
+
+def turn_off(bus: Bus, ids: Sequence[int], patience: float) -> None:
+    """Torque off, read back, up to five times.
+
+    Args:
+        bus: The line.
+        ids: The servos.
+        patience: How long to wait for their word each time [s].
+
+    Raises:
+        TorqueError: It is not certain for some servos; they are named.
+    """
+    left, why = list(ids), "they do not answer"
+    for _ in range(_OFF_ATTEMPTS):
+        try:
+            left = _still_on(bus, left, patience)
+        except BusError as error:
+            why = str(error)
+        if not left:
+            return
+    names = ", ".join(bus.label(i) for i in left)
+    raise TorqueError(f"torque not confirmed off: cut the power! ({names}: {why})")
+
+
+def _still_on(bus: Bus, ids: list[int], patience: float) -> list[int]:
+    """Tell servos to let go, and give those of which it is not certain."""
+    bus.sync_write("torque_enable", dict.fromkeys(ids, 0))
+    answers = bus.sync_read(ids, _TORQUE, patience).answers
+    off = {i for i, answer in answers.items() if answer.values["torque_enable"] == 0}
+    return [i for i in ids if i not in off and not _let_go(bus, i)]
+
+
+def _let_go(bus: Bus, servo_id: int) -> bool:
+    """The same for one servo alone; in a sync read an absent one silences those after it."""
+    try:
+        bus.write(servo_id, "torque_enable", 0, attempts=1, patience=_SOON)
+        return bus.read(servo_id, "torque_enable", attempts=1, patience=_SOON) == 0
+    except (NoAnswerError, ServoError):
+        return False
+
+
+def find_servos(path: str, ids: Iterable[int]) -> dict[int, dict[int, int]]:
+    """Model numbers of the servos that answer, by baud rate and id; about 0.1 s an id.
+
+    Raises:
+        BusError: The port cannot be opened.
+    """
+    wanted = list(ids)
+    found: dict[int, dict[int, int]] = {}
+    for baud in sorted(BAUD_CODES, reverse=True):
+        with Bus(path, baud) as bus:
+            models = {i: model for i in wanted if (model := _model(bus, i)) is not None}
+        if models:
+            found[baud] = models
+    return found
+
+
+def _model(bus: Bus, servo_id: int) -> int | None:
+    try:
+        return bus.ping(servo_id, attempts=1, patience=_SOON)[0]
+    except NoAnswerError:
+        return None

@@ -19,10 +19,10 @@ from typing import Any
 
 import numpy as np
 
+from hardware.device_clock import DeviceClock
 from vtgtsam.exceptions import VtgtsamError
 
-from .frame import READINGS, FrameReader, FrameVersionError
-from .readings import FrameTimer, PadReading
+from .frame import READINGS, Frame, FrameReader, FrameVersionError
 
 BAUD = 115_200  # a board on native USB ignores it
 _HISTORY = 3000  # [readings], a minute at 50 Hz
@@ -34,7 +34,7 @@ class PadBoardError(VtgtsamError):
 
 
 @dataclass(frozen=True)
-class LinkStatistics:
+class BoardCounts:
     """How well the connection to the board works.
 
     Attributes:
@@ -96,7 +96,7 @@ class PadBoard:
         self.port = port
         self.inputs = inputs
         self._clock = clock
-        self._statistics = LinkStatistics()
+        self._counts = BoardCounts()
         self._history: deque[PadReading] = deque(maxlen=_HISTORY)
         self._lock = threading.Lock()
         self._error: PadBoardError | None = None
@@ -131,7 +131,7 @@ class PadBoard:
             time.sleep(0.005)
         raise PadBoardError(
             f"no readings from the pad board on {self.port} in {seconds:g} s: "
-            + self.statistics().diagnosis()
+            + self.counts().diagnosis()
         )
 
     def latest(self) -> PadReading | None:
@@ -169,14 +169,14 @@ class PadBoard:
         if len(readings) < 10:
             raise PadBoardError(
                 f"the pad board on {self.port} sent {len(readings)} readings in {seconds:g} s; "
-                + (self.statistics().diagnosis() or "is its cable loose?")
+                + (self.counts().diagnosis() or "is its cable loose?")
             )
         return np.array([reading.values for reading in readings])
 
-    def statistics(self) -> LinkStatistics:
+    def counts(self) -> BoardCounts:
         """How well the connection has worked so far."""
         with self._lock:
-            return self._statistics
+            return self._counts
 
     def _run(self) -> None:
         reader, timer = FrameReader(), FrameTimer()
@@ -200,10 +200,10 @@ class PadBoard:
         readings = [timer.reading(frame, received) for frame in frames]
         with self._lock:
             self._history.extend(reading for reading in readings if reading is not None)
-            self._statistics = replace(
-                self._statistics,
+            self._counts = replace(
+                self._counts,
                 bytes=reader.bytes_seen,
-                frames=self._statistics.frames + len(frames),
+                frames=self._counts.frames + len(frames),
                 bad=reader.bad,
                 lost=timer.lost,
                 restarts=timer.restarts,
@@ -242,3 +242,63 @@ def _reason(error: Exception) -> str:
     """Why a port does not open; pyserial gives number and path twice."""
     number = getattr(error, "errno", None)
     return os.strerror(number) if number in (errno.ENOENT, errno.EACCES) else str(error)
+
+
+@dataclass(frozen=True, eq=False)
+class PadReading:
+    """What the board measured at one instant.
+
+    Attributes:
+        time: When the board measured, by the host's monotonic clock [s].
+        board_time: The same instant by the board's clock [s since it started].
+        values: Readings of the inputs, shape (N,), uint16; 65535 is the supply voltage.
+    """
+
+    time: float
+    board_time: float
+    values: np.ndarray
+
+
+class FrameTimer:
+    """Tells the instant of each frame and counts those that are missing.
+
+    Attributes:
+        lost: Frames missing so far.
+        restarts: Restarts of the board so far.
+    """
+
+    def __init__(self) -> None:
+        self.lost = 0
+        self.restarts = 0
+        self._clock = DeviceClock()
+        self._last: Frame | None = None
+        self._received = 0.0
+        self._board_time = 0.0
+
+    def reading(self, frame: Frame, received: float) -> PadReading | None:
+        """The frame with its instant, or None where it repeats the last one.
+
+        Args:
+            frame: A frame as it arrived.
+            received: When it arrived, by the host's monotonic clock [s].
+        """
+        last, self._last = self._last, frame
+        if last is not None and frame.sequence == last.sequence:
+            return None
+        elapsed = self._elapsed(last, frame)
+        if elapsed > received - self._received + 1.0 and last is not None:
+            # The board's clock cannot have run ahead of ours: it went back, modulo 2^32.
+            self.restarts += 1
+            self._clock.restart()
+            self._board_time = frame.board_time_us * 1e-6
+        else:
+            self.lost += 0 if last is None else (frame.sequence - last.sequence - 1) % 2**16
+            self._board_time += elapsed
+        self._received = received
+        instant = self._clock.to_host(self._board_time, received)
+        return PadReading(instant, self._board_time, np.array(frame.readings, dtype=np.uint16))
+
+    @staticmethod
+    def _elapsed(last: Frame | None, frame: Frame) -> float:
+        before = 0 if last is None else last.board_time_us
+        return (frame.board_time_us - before) % 2**32 * 1e-6

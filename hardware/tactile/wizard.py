@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .calibrate import (
+from .pressure import (
     BASELINE_SECONDS,
     PadCalibrationError,
     PadScale,

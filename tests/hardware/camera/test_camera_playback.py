@@ -2,9 +2,8 @@
 import numpy as np
 import pytest
 
-from hardware.camera.camera import CameraError
+from hardware.camera.camera import CameraError, open_camera
 from hardware.camera.playback import PacedCamera, RecordedCamera
-from hardware.camera.sources import open_camera
 from vtgtsam.camera import CameraIntrinsics
 from vtgtsam.recording import RecordingWriter
 

@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 
 from hardware.camera import realsense
-from hardware.camera.camera import CameraError
+from hardware.camera.camera import CameraError, open_camera
 from hardware.camera.realsense import RealSenseCamera, RealSenseDevice, RealSenseFile
-from hardware.camera.sources import open_camera
 from vtgtsam.camera import CameraIntrinsics
 
 WIDTH, HEIGHT, COUNT = 160, 120, 8

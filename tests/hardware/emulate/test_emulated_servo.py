@@ -5,11 +5,18 @@ from __future__ import annotations
 
 import pytest
 
-from hardware.emulate.memory import ACCESS, LENGTH, LIMIT, RANGE
 from hardware.emulate.motor import FreeMotors
-from hardware.emulate.servo import BOOT_TIME, OVERHEATING, OVERLOAD, EmulatedServo
-from hardware.servo.codec import encode
-from hardware.servo.table import XL330
+from hardware.emulate.servo import (
+    ACCESS,
+    BOOT_TIME,
+    LENGTH,
+    LIMIT,
+    OVERHEATING,
+    OVERLOAD,
+    RANGE,
+    EmulatedServo,
+)
+from hardware.servo.table import XL330, encode
 
 
 @pytest.fixture

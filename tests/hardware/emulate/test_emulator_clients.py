@@ -12,8 +12,7 @@ import pytest
 
 from hardware.emulate.servos import ServoLineEmulator
 from hardware.servo.bus import Bus
-from hardware.servo.codec import Block, encode
-from hardware.servo.table import MODEL, XL330
+from hardware.servo.table import MODEL, XL330, Block, encode
 
 BAUD = 1_000_000
 IDS = [11, 12, 21, 52]
@@ -115,37 +114,22 @@ def test_rustypot_reads_positions_in_radians(line, rusty):
     assert rusty.sync_read_present_position(IDS) == pytest.approx(expected)
 
 
-@pytest.mark.parametrize("fast", [False, True])
-def test_group_reads_of_both_clients_agree(line, fast):
+def test_group_reads_of_both_clients_agree(line):
     port, packets = sdk.PortHandler(line.path), sdk.PacketHandler(2.0)
     port.setBaudRate(BAUD)
     with closing(port.ser):
         group = sdk.GroupSyncRead(port, packets, 132, 4)
         for servo_id in IDS:
             group.addParam(servo_id)
-        assert insist(group.fastSyncRead if fast else group.txRxPacket) == sdk.COMM_SUCCESS
+        assert insist(group.txRxPacket) == sdk.COMM_SUCCESS
         ours = [group.getData(servo_id, 132, 4) for servo_id in IDS]
     expected = [p % (1 << 32) for p in truth(line, "present_position")]
     assert ours == expected
     rustypot = pytest.importorskip("rustypot")
     rusty = rustypot.Xl330PyController(line.path, BAUD, 0.5)
     with closing(rusty):
-        rusty.set_fast_sync_read(fast)
         raw = rusty.sync_read_raw_data(IDS, 132, 4)
     assert [int.from_bytes(bytes(data), "little") for data in raw] == expected
-
-
-def test_the_sdk_bulk_reads_and_writes(line, sdk_client):
-    port, packets = sdk_client
-    write = sdk.GroupBulkWrite(port, packets)
-    write.addParam(11, 84, 2, list((777).to_bytes(2, "little")))
-    write.addParam(12, 65, 1, [1])
-    assert write.txPacket() == sdk.COMM_SUCCESS
-    read = sdk.GroupBulkRead(port, packets)
-    read.addParam(11, 84, 2)
-    read.addParam(12, 65, 1)
-    assert insist(read.txRxPacket) == sdk.COMM_SUCCESS
-    assert (read.getData(11, 84, 2), read.getData(12, 65, 1)) == (777, 1)
 
 
 def test_all_clients_find_the_servos(line, sdk_client):
@@ -187,18 +171,6 @@ def test_the_sdk_sees_refusals(line, sdk_client):
     assert error(packets.write1ByteTxRx, 11, 5) == 7
     assert error(packets.write1ByteTxRx, 64, 2) == 4
     assert error(packets.write2ByteTxRx, 116, 2) == 5
-
-
-def test_registered_writes_wait_for_action(line, sdk_client):
-    port, packets = sdk_client
-    data = list((333).to_bytes(2, "little"))
-    packets.regWriteTxOnly(port, 11, 84, 2, data)
-    before = line.servos[11].get("position_p_gain")
-    assert sdk_read(sdk_client, 12, "led") == 0
-    assert before != 333
-    packets.action(port, 11)
-    assert sdk_read(sdk_client, 12, "led") == 0  # lets the action's answer pass
-    assert line.servos[11].get("position_p_gain") == 333
 
 
 def test_an_absent_servo_silences_those_asked_after_it(line, sdk_client):

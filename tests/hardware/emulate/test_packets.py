@@ -20,17 +20,7 @@ PRINTED = {
         Packet(1, Instruction.WRITE, b"\x74\0\0\x02\0\0"),
         "01 0900 03 740000020000 ca89",
     ),
-    "reg write": (
-        Packet(1, Instruction.REG_WRITE, b"\x68\0\xc8\0\0\0"),
-        "01 0900 04 6800c8000000 ae8e",
-    ),
-    "action": (Packet(1, Instruction.ACTION), "01 0300 05 02ce"),
-    "factory reset": (Packet(1, Instruction.FACTORY_RESET, b"\x01"), "01 0400 06 01 a1e6"),
     "reboot": (Packet(1, Instruction.REBOOT), "01 0300 08 2f4e"),
-    "clear": (
-        Packet(1, Instruction.CLEAR, b"\x01\x44\x58\x4c\x22"),
-        "01 0800 10 0144584c22 b1dc",
-    ),
     "sync read": (
         Packet(BROADCAST, Instruction.SYNC_READ, b"\x84\0\x04\0\x01\x02"),
         "fe 0900 82 840004000102 cefa",
@@ -38,10 +28,6 @@ PRINTED = {
     "sync write": (
         Packet(BROADCAST, Instruction.SYNC_WRITE, bytes.fromhex("74000400 0196000000 02aa000000")),
         "fe 1100 83 74000400 0196000000 02aa000000 8287",
-    ),
-    "bulk read": (
-        Packet(BROADCAST, Instruction.BULK_READ, bytes.fromhex("0190000200 0292000100")),
-        "fe 0d00 92 0190000200 0292000100 1a05",
     ),
     "status": (Packet(1, Instruction.STATUS, b"\0\x06\x04\x26"), "01 0700 55 00 060426 655d"),
 }

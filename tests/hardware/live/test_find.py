@@ -9,7 +9,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from hardware.live.find import as_start, choose, object_view
-from hardware.live.guard import LiveError
+from hardware.live.streams import LiveError
 from sim.camera import D435, DepthCamera, add_depth_noise
 from sim.hands import load_description
 from sim.observe import camera_pose, window

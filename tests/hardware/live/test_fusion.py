@@ -9,8 +9,8 @@ import pytest
 
 from hardware.live.fusion import LATE_NS, PATIENCE_NS, STREAMS, Fusion, as_recorded
 from hardware.live.recorder import Recorder
-from hardware.live.slots import RunClock, Streams
-from hardware.tactile.contact import PadState
+from hardware.live.streams import RunClock, Streams
+from hardware.tactile.pressure import PadState
 from vtgtsam import EstimatorConfig, PoseEstimator, load_hand, load_object, read_recording
 from vtgtsam.recording import RecordingWriter, names
 from vtgtsam.recording.provenance import mesh_file, object_metadata

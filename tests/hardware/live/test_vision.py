@@ -10,7 +10,7 @@ from hardware.camera.camera import CameraFrame
 from hardware.live.fusion import STREAMS
 from hardware.live.recorder import Recorder
 from hardware.live.sensors import Vision
-from hardware.live.slots import RunClock, Streams
+from hardware.live.streams import RunClock, Streams
 
 POSE = gtsam.Pose3(gtsam.Rot3(), np.array([0.0, 0.0, 0.5]))
 

@@ -8,11 +8,10 @@ import pytest
 
 from hardware.emulate.packets import status
 from hardware.emulate.servos import ServoLineEmulator
-from hardware.servo.bus import Bus
-from hardware.servo.codec import Block
-from hardware.servo.errors import BusError, NoAnswerError, ServoError
-from hardware.servo.scan import find_servos
+from hardware.servo.bus import Bus, BusError, NoAnswerError, ServoError
+from hardware.servo.setup import find_servos
 from hardware.servo.state import STATE
+from hardware.servo.table import Block
 
 BAUD = 1_000_000
 IDS = [11, 12, 13]
@@ -92,7 +91,7 @@ def test_a_late_answer_to_an_earlier_question_is_passed_by(line, bus):
     for _ in range(20):
         line.inject(status(11, 0, bytes.fromhex("b004")))
         assert bus.read(11, "present_temperature") == 28
-    assert bus.statistics.foreign > 0
+    assert bus.traffic.foreign > 0
 
 
 def test_what_is_distrusted_does_not_answer_the_next_question(line, bus):
@@ -128,7 +127,7 @@ def test_an_answer_of_the_wrong_length_or_id_is_no_answer(line, bus):
     line.inject(status(11, 0))
     thread.join()
     assert len(results) == 1
-    assert bus.statistics.foreign == 3
+    assert bus.traffic.foreign == 3
 
 
 def test_an_acknowledgement_is_not_taken_from_a_late_reading(line, bus):
@@ -222,12 +221,10 @@ def test_statistics_count_what_was_lost(line, bus):
     before = time.monotonic()
     for _ in range(4):
         bus.sync_read(IDS, POSITION)
-    assert bus.statistics.asked[13] == 8
-    assert bus.statistics.lost(13) >= 0.5 > bus.statistics.lost(11)
-    assert bus.statistics.last_answer[13] < before < bus.statistics.last_answer[11]
-    assert bus.statistics.diagnosis(bus.label).startswith(
-        "answers lost (no packets at all): servo 13"
-    )
+    assert bus.traffic.asked[13] == 8
+    assert bus.traffic.lost(13) >= 0.5 > bus.traffic.lost(11)
+    assert bus.traffic.last_answer[13] < before < bus.traffic.last_answer[11]
+    assert bus.traffic.diagnosis(bus.label).startswith("answers lost (no packets at all): servo 13")
 
 
 def test_an_unplugged_adapter_is_a_bus_error_at_once(line, bus):

@@ -5,9 +5,8 @@ import math
 
 import pytest
 
-from hardware.servo.codec import Block, decode, encode, from_si, to_si
 from hardware.servo.state import STATE
-from hardware.servo.table import XL330
+from hardware.servo.table import XL330, Block, decode, encode, from_si, to_si
 
 
 @pytest.mark.parametrize("name", [name for name, entry in XL330.items() if entry.writable])

@@ -15,7 +15,7 @@ import pytest
 from hardware.emulate.motor import Motion
 from hardware.emulate.servos import ServoLineEmulator
 from hardware.servo.bus import Bus
-from hardware.servo.guard import MAX_MISSES
+from hardware.servo.safety import MAX_MISSES
 from hardware.servo.state import STATE, StateTracker
 
 CYCLES = 200

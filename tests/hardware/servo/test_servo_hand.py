@@ -12,7 +12,7 @@ import pytest
 from hardware.emulate.packets import status
 from hardware.emulate.servo import OVERLOAD
 from hardware.emulate.servos import ServoLineEmulator
-from hardware.servo.errors import BusError, CommandError, ServoError, TorqueError
+from hardware.servo.bus import BusError, CommandError, ServoError, TorqueError
 from hardware.servo.hand import Hand
 from hardware.servo.state import STATE
 
@@ -491,10 +491,10 @@ class TestOff:
         assert [i for i, servo in line.servos.items() if servo.torque] == [24]
 
     def test_a_signal_does_not_interrupt_it(self, hand, line, monkeypatch):
-        turn_off = "hardware.servo.torque.turn_off"
-        from hardware.servo import torque
+        turn_off = "hardware.servo.setup.turn_off"
+        from hardware.servo import setup
 
-        genuine, calls = torque.turn_off, []
+        genuine, calls = setup.turn_off, []
 
         def interrupted(*arguments):
             calls.append(arguments)

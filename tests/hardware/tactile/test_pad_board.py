@@ -10,9 +10,8 @@ import pytest
 from pad_hand import PADS, EmulatedPads
 
 from hardware.emulate.pads import PadBoardEmulator
-from hardware.tactile.board import LinkStatistics, PadBoard, PadBoardError
+from hardware.tactile.board import BoardCounts, FrameTimer, PadBoard, PadBoardError
 from hardware.tactile.frame import Frame, encode
-from hardware.tactile.readings import FrameTimer
 
 RATE = 500.0  # [Hz], ten times the real board's, so that few seconds hold many frames
 
@@ -81,7 +80,7 @@ def test_damage_on_the_line_is_counted_and_never_becomes_a_reading(emulator):
         wait_until(lambda: emulator.sent > start + 200)
         faults.drop = faults.corrupt = faults.truncate = faults.garbage = 0.0
         board.record(0.1)
-        link = board.statistics()
+        link = board.counts()
     # A wrong value would stand out: at rest all inputs stay within some per cent of the middle.
     assert np.abs(values / 65535 - 0.5).max() < 0.05
     assert link.bad > 5
@@ -97,7 +96,7 @@ def test_a_silent_board_shows_by_the_age_of_its_last_reading(emulator):
         assert time.monotonic() - board.latest().time > 0.2
         emulator.faults.silent = False
         wait_until(lambda: time.monotonic() - board.latest().time < 0.05)
-        assert board.statistics().lost > 50
+        assert board.counts().lost > 50
 
 
 def test_a_board_that_repeats_itself_counts_as_silent(emulator):
@@ -135,7 +134,7 @@ def test_a_board_that_restarts_is_followed(emulator):
         board.wait()
         time.sleep(0.2)
         emulator.restart()
-        wait_until(lambda: board.statistics().restarts == 1)
+        wait_until(lambda: board.counts().restarts == 1)
         assert board.latest().board_time < 1.0
         assert abs(time.monotonic() - board.latest().time) < 0.2
 
@@ -151,10 +150,10 @@ def test_something_else_than_a_pad_board_is_diagnosed():
     tty.setraw(slave)
     try:
         with PadBoard(os.ttyname(slave), inputs=14) as board:
-            assert "nothing arrives" in board.statistics().diagnosis()
+            assert "nothing arrives" in board.counts().diagnosis()
             for _ in range(20):
                 os.write(master, b"temperature,21.3\r\n")
-            wait_until(lambda: board.statistics().bytes > 300)
+            wait_until(lambda: board.counts().bytes > 300)
             with pytest.raises(PadBoardError, match="no frame: another device, another baud rate"):
                 board.wait(0.1)
     finally:
@@ -174,9 +173,9 @@ def test_a_port_that_is_in_use_is_refused(emulator):
 
 
 def test_a_good_line_has_nothing_to_complain_about():
-    assert LinkStatistics(bytes=45_000, frames=1000, bad=1, lost=2).diagnosis() == ""
-    assert "70 of 1070 frames were lost" in LinkStatistics(1, 1000, 9, 70).diagnosis()
-    assert "restarted 2 times" in LinkStatistics(1, 1000, 0, 0, restarts=2).diagnosis()
+    assert BoardCounts(bytes=45_000, frames=1000, bad=1, lost=2).diagnosis() == ""
+    assert "70 of 1070 frames were lost" in BoardCounts(1, 1000, 9, 70).diagnosis()
+    assert "restarted 2 times" in BoardCounts(1, 1000, 0, 0, restarts=2).diagnosis()
 
 
 def frames(*pairs):
@@ -227,7 +226,7 @@ def test_a_burst_of_bytes_gives_its_frames_their_own_instants():
         with PadBoard(os.ttyname(slave), inputs=1) as board:
             burst = b"".join(encode(Frame(i, 20_000 * i, (i,))) for i in range(10))
             os.write(master, b"\0" + burst)
-            wait_until(lambda: board.statistics().frames == 10)
+            wait_until(lambda: board.counts().frames == 10)
             assert np.ravel([r.values for r in board.since(0.0)]).tolist() == list(range(10))
     finally:
         os.close(master)

@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 from pad_hand import DT, PADS, EmulatedPads, press, untouched, wiring
 
-from hardware.tactile.calibrate import (
+from hardware.tactile.pressure import (
     PadCalibrationError,
     PadScale,
     drop_under_press,

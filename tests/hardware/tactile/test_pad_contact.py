@@ -3,9 +3,8 @@ import numpy as np
 import pytest
 from pad_hand import PADS, EmulatedPads, grasp, untouched, wiring
 
-from hardware.tactile.calibrate import PadScale, measure_baseline
-from hardware.tactile.contact import ContactDetector
 from hardware.tactile.frame import FULL_SCALE
+from hardware.tactile.pressure import ContactDetector, PadScale, measure_baseline
 
 BASE, DROP = 10e3, 4e3  # [ohm]
 SCALE = PadScale(np.full(14, BASE), np.full(14, DROP))

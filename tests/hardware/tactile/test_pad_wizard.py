@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 from pad_hand import PADS, EmulatedPads, press, untouched
 
-from hardware.tactile.calibrate import PadCalibrationError, load_scale, save_scale
+from hardware.tactile.pressure import PadCalibrationError, load_scale, save_scale
 from hardware.tactile.wizard import PadWizard
 
 

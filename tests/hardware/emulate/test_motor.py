@@ -3,7 +3,7 @@ from __future__ import annotations
 
 import pytest
 
-from hardware.emulate.joint_plant import JointMotion, JointPlant
+from hardware.emulate.motor import JointMotion, JointPlant
 from hardware.emulate.servos import ServoLineEmulator
 from hardware.servo.description import load_description
 from hardware.servo.hand import Hand

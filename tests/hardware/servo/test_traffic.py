@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: MIT
 from __future__ import annotations
 
-from hardware.servo.link import LinkStatistics
+from hardware.servo.replies import Traffic
 
 
 def link(good, lost=0, damaged=0):
-    statistics = LinkStatistics()
+    statistics = Traffic()
     for k in range(good + lost):
         statistics.count(13, answered=k < good, now=float(k))
     statistics.damaged = damaged
@@ -14,7 +14,7 @@ def link(good, lost=0, damaged=0):
 
 def test_a_good_line_needs_no_word():
     assert link(good=1000, lost=5).diagnosis() == ""
-    assert LinkStatistics().diagnosis() == ""
+    assert Traffic().diagnosis() == ""
 
 
 def test_a_bad_line_names_the_servo_and_its_share():

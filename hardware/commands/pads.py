@@ -19,15 +19,14 @@ def calibrate_pads(
     hand: Hand = "isyhand", pads: Pads = None, scale: Scale = None, emulate: Emulate = False
 ) -> None:
     """Walk through the calibration of the pads: untouched, then each pressed with 6 N."""
-    from hardware.emulate.rig import wiring_of
-    from hardware.servo.description import load_description
+    from hardware.servo.description import load_description, wiring_of
 
     wiring = wiring_of(load_description(hand))
     path = calibration_file(scale, hand, "pads")
     if not emulate:
         _walk_through(wiring, needed_port(pads, "--pads"), path, input)
         return
-    from hardware.emulate.pad_presser import PadPresser
+    from hardware.emulate.pads import PadPresser
 
     with PadPresser(wiring, typer.echo) as presser:
         _walk_through(wiring, presser.path, path, presser.answer)
@@ -35,7 +34,7 @@ def calibrate_pads(
 
 def _walk_through(wiring: PadWiring, port: str, path: Path, ask: Callable[[str], str]) -> None:
     from hardware.tactile.board import PadBoard
-    from hardware.tactile.calibrate import save_scale
+    from hardware.tactile.pressure import save_scale
     from hardware.tactile.wizard import PadWizard
 
     with PadBoard(port, inputs=len(wiring.inputs)) as board:

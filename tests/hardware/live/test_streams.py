@@ -3,7 +3,7 @@ from __future__ import annotations
 
 import pytest
 
-from hardware.live.slots import CAPACITY, RunClock, Streams
+from hardware.live.streams import CAPACITY, RunClock, Streams
 
 
 @pytest.fixture

@@ -17,9 +17,11 @@ from __future__ import annotations
 import threading
 import time
 from bisect import bisect_right
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Generic, TypeVar
+
+from vtgtsam.exceptions import VtgtsamError
 
 T = TypeVar("T")
 
@@ -155,3 +157,33 @@ class Streams:
     def refused(self) -> dict[str, int]:
         """How many samples of each stream came too late."""
         return {name: slot.refused for name, slot in self._slots.items()}
+
+
+MAX_AGE = {"joints": 0.1, "pads": 0.1, "vision": 0.2}  # [s]
+GIVE_UP = 1.0  # [s], joints and pads
+
+_ADVICE = {
+    "joints": "is the computer too busy, or the adapter slow (`python -m hardware check`)?",
+    "pads": "is the pad board's cable loose (`python -m hardware check`)?",
+}
+
+
+class LiveError(VtgtsamError):
+    """The run cannot go on."""
+
+
+def stale(ages: Mapping[str, float]) -> tuple[str, ...]:
+    """Names of the streams that are too old to be used."""
+    return tuple(name for name, age in ages.items() if age > MAX_AGE[name])
+
+
+def may_move(ages: Mapping[str, float]) -> bool:
+    """Whether the fingers may go on closing."""
+    return not {"joints", "pads"} & set(stale(ages))
+
+
+def check_ages(ages: Mapping[str, float], give_up: float = GIVE_UP) -> None:
+    """LiveError where a stream that the hand cannot do without has been silent for ``give_up`` [s]."""
+    for name, advice in _ADVICE.items():
+        if ages.get(name, 0.0) > give_up:
+            raise LiveError(f"no {name} for {ages[name]:.1f} s: {advice}")

@@ -5,15 +5,15 @@ import threading
 
 import pytest
 
-from hardware.live import guard
 from hardware.live.recorder import Recorder
-from hardware.live.workers import Workers
+from hardware.live.streams import LiveError, check_ages, may_move, stale
+from hardware.live.threads import Workers
 
 FRESH = {"joints": 0.01, "pads": 0.02, "vision": 0.05}
 
 
 @pytest.mark.parametrize(
-    ("ages", "late", "may_move"),
+    ("ages", "late", "moves"),
     [
         ({}, (), True),
         ({"joints": 0.11}, ("joints",), False),
@@ -22,18 +22,16 @@ FRESH = {"joints": 0.01, "pads": 0.02, "vision": 0.05}
         ({"vision": 0.21}, ("vision",), True),
     ],
 )
-def test_fingers_wait_for_joints_and_pads_but_not_for_vision(ages, late, may_move):
+def test_fingers_wait_for_joints_and_pads_but_not_for_vision(ages, late, moves):
     ages = {**FRESH, **ages}
-    assert guard.stale(ages) == late
-    assert guard.may_move(ages) is may_move
+    assert stale(ages) == late
+    assert may_move(ages) is moves
 
 
 def test_a_stream_silent_for_a_second_ends_the_run_with_advice():
-    guard.check({"joints": 0.9, "pads": 0.9, "vision": 60.0})
-    with pytest.raises(
-        guard.LiveError, match=r"no pads for 1\.2 s: is the pad board's cable loose"
-    ):
-        guard.check({"joints": 0.1, "pads": 1.2})
+    check_ages({"joints": 0.9, "pads": 0.9, "vision": 60.0})
+    with pytest.raises(LiveError, match=r"no pads for 1\.2 s: is the pad board's cable loose"):
+        check_ages({"joints": 0.1, "pads": 1.2})
 
 
 def test_one_failing_thread_stops_all_and_the_main_thread_hears_why():

@@ -5,7 +5,7 @@ import pytest
 
 from hardware.servo.bus import Answer, SyncRead
 from hardware.servo.description import load_description
-from hardware.servo.guard import MAX_LOST_GOALS, MAX_MISSES, Guard
+from hardware.servo.safety import MAX_LOST_GOALS, MAX_MISSES, Guard
 from hardware.servo.state import STATE, StateTracker
 
 JOINTS = load_description("isyhand").joints[4:6]  # servos 13 and 12

@@ -25,8 +25,7 @@ from hardware.camera.camera import Camera
 from hardware.servo.description import HandDescription
 from hardware.servo.hand import Hand
 from hardware.tactile.board import PadBoard
-from hardware.tactile.calibrate import BASELINE_SECONDS, measure_baseline
-from hardware.tactile.contact import ContactDetector
+from hardware.tactile.pressure import BASELINE_SECONDS, ContactDetector, measure_baseline
 from hardware.tactile.wiring import PadWiring
 from vtgtsam import EstimatorConfig, HandModel, Measurement, ObjectModel, PoseEstimator
 from vtgtsam.grasp import GraspDescription
@@ -34,17 +33,16 @@ from vtgtsam.recording import RecordingWriter, names
 from vtgtsam.recording.provenance import mesh_file, object_metadata
 from vtgtsam.vision.depth_tracker import DepthTracker, make_tracker
 
-from . import guard
 from .devices import Devices
 from .find import as_start, find_object
 from .fingers import Fingers, Phase
 from .fusion import STREAMS, Fusion
 from .recorder import Recorder
 from .sensors import Pads, Vision
-from .slots import RunClock, Streams
 from .status import Status
+from .streams import GIVE_UP, MAX_AGE, LiveError, RunClock, Streams, check_ages
+from .threads import Workers
 from .view import LiveView, Setup, Where
-from .workers import Workers
 
 HOLD = 2.0  # [s], the closed hand is watched for so long before an emulated run ends
 _OPENING = 10.0  # [s], the most that opening the hand may take
@@ -87,11 +85,11 @@ class Plan:
     images: bool = True
     seconds: float | None = None
     ends_after_grasp: bool = False
-    give_up: float = guard.GIVE_UP
+    give_up: float = GIVE_UP
     view: Where | None = None
 
 
-def run(
+def carry_out(
     plan: Plan, devices: Devices, ask: Callable[[str], None], say: Callable[[str], None]
 ) -> Status:
     """Carry a plan out; returns when it is done.
@@ -106,10 +104,10 @@ def run(
         VtgtsamError: Something failed; the torque is off unless the message says otherwise.
     """
     sys.setswitchinterval(_SWITCH)
-    return _Run(plan, devices, ask, say).carry_out()
+    return _Session(plan, devices, ask, say).carry_out()
 
 
-class _Run:
+class _Session:
     """The parts of one run."""
 
     def __init__(
@@ -174,7 +172,7 @@ class _Run:
             "started": datetime.now(UTC).isoformat(timespec="seconds"),
             "config": json.dumps(plan.config.model_dump(mode="json"), sort_keys=True),
             "emulated": "no" if self._devices.lost is None else "yes",
-            names.VISION_HOLD: repr(guard.MAX_AGE["vision"]),
+            names.VISION_HOLD: repr(MAX_AGE["vision"]),
         }
         mesh = mesh_file(plan.obj)
         return RecordingWriter(plan.record, metadata, hand_xml=plan.hand.xml, mesh=mesh)
@@ -207,7 +205,7 @@ class _Run:
         while fingers.phase is Phase.OPENING:
             workers.check()
             if time.monotonic() > deadline:
-                raise guard.LiveError(
+                raise LiveError(
                     f"the hand did not open within {_OPENING:.0f} s: {fingers.not_there()}; is "
                     "something in its way?"
                 )
@@ -266,7 +264,7 @@ class _Run:
             while not workers.stop.wait(_GLANCE):
                 now_ns, elapsed = self._clock.now_ns(), time.monotonic() - start
                 ages = {name: self._streams.age(name, now_ns) for name in ("joints", "pads")}
-                guard.check(ages, self._plan.give_up)
+                check_ages(ages, self._plan.give_up)
                 self._recorder.check()
                 status.show()
                 if fingers.phase is Phase.CLOSED and closed is None:

@@ -5,7 +5,7 @@ import threading
 
 import pytest
 
-from hardware.live.clock import Ticker
+from hardware.live.threads import Ticker
 
 
 class FakeClock:

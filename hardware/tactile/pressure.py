@@ -12,7 +12,7 @@ touching the hand. The scale R_base - R_6N belongs to the pad and is measured on
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -209,3 +209,53 @@ def _entry(entry: object, where: str) -> tuple[float, float]:
             f"{where}: needs 0 < drop_ohm < baseline_ohm, got {drop:g} and {baseline:g}"
         )
     return baseline, drop
+
+
+@dataclass(frozen=True, eq=False)
+class PadState:
+    """All pads at one instant, in the order of the hand's pads.
+
+    Attributes:
+        pressure: Fraction of a press with 6 N, shape (K,); NaN where a pad is disabled or its input
+            open or shorted.
+        contacts: Contact bits, shape (K,); off where the pressure is NaN.
+    """
+
+    pressure: np.ndarray
+    contacts: np.ndarray
+
+
+class ContactDetector:
+    """Turns the board's readings into contact bits; remembers which pads are in contact."""
+
+    def __init__(
+        self, wiring: PadWiring, scale: PadScale, baseline: np.ndarray, pad_names: Iterable[str]
+    ) -> None:
+        """Begin with no contact.
+
+        Args:
+            wiring: The pads as the board sees them.
+            scale: Their bench calibration.
+            baseline: Resistances of the inputs measured before this run [ohm], shape (N,).
+            pad_names: The hand's pads, in the order in which the bits are wanted.
+        """
+        pad_names = tuple(pad_names)
+        self._wiring = wiring
+        self._drop = scale.drop
+        self._baseline = baseline
+        self._input_of = wiring.input_of(pad_names)
+        self._off = np.array([name in wiring.disabled for name in pad_names])
+        self._release = wiring.threshold if wiring.release is None else wiring.release
+        self._touched = np.zeros(len(wiring.inputs), dtype=bool)
+
+    def update(self, values: np.ndarray) -> PadState:
+        """The pads' state after one more set of readings.
+
+        Args:
+            values: The board's readings, shape (N,).
+        """
+        inputs = pressure(self._wiring.resistance(values), self._baseline, self._drop)
+        level = np.where(self._touched, self._release, self._wiring.threshold)
+        self._touched = inputs > level  # NaN compares false: a dead input is never in contact
+        pads = np.where(self._off, np.nan, inputs[self._input_of])
+        return PadState(pressure=pads, contacts=self._touched[self._input_of] & ~self._off)

@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hardware.servo.clock import Freshness, ServoClock
-from hardware.servo.guard import MAX_MISSES
+from hardware.servo.safety import MAX_MISSES
+from hardware.servo.state import Freshness, ServoClock
 
 FRESH, STALE, RESTARTED = Freshness.FRESH, Freshness.STALE, Freshness.RESTARTED
 CYCLE, LENGTH = 0.02, 0.005  # [s]

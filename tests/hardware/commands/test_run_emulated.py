@@ -79,9 +79,9 @@ def test_a_replay_of_the_recording_gives_the_poses_of_the_live_run(emulated_run)
 def _calibrations(folder, camera):
     """Files that a real run reads, as for the emulated hand whose recording ``camera`` is."""
     from hardware.camera.wrist import save_wrist
-    from hardware.emulate.rig import bench_scale, pad_parameters, wiring_of
-    from hardware.servo.description import load_description
-    from hardware.tactile.calibrate import save_scale
+    from hardware.emulate.pad_signal import bench_scale, pad_parameters
+    from hardware.servo.description import load_description, wiring_of
+    from hardware.tactile.pressure import save_scale
 
     wiring = wiring_of(load_description("isyhand"))
     seed = np.random.SeedSequence(0).spawn(2)[0]
