@@ -27,9 +27,3 @@ def write_text(path: Path, text: str) -> None:
     """Write a text file in one step, with the same bytes on every system."""
     with replacing(path) as temporary:
         temporary.write_text(text, encoding="utf-8", newline="\n")
-
-
-def remove_leftovers(folder: Path) -> None:
-    """Remove the temporary files of a run that was killed."""
-    for leftover in folder.rglob(f".*{LEFTOVER}"):
-        leftover.unlink(missing_ok=True)

@@ -43,6 +43,13 @@ def evaluate(
     topics: Topics = None,
     hand: Hand = None,
     object: Object = None,
+    force: Annotated[
+        bool,
+        typer.Option(
+            "--force",
+            help="Use a folder that holds other files as well; what vtgtsam did not make stays as it is.",
+        ),
+    ] = False,
 ) -> None:
     """Estimate the object's pose in recordings and compare with the truth.
 
@@ -62,7 +69,17 @@ def evaluate(
     try:
         with show_progress() as progress:
             tables = run(
-                paths, names, config, out, jobs, scheduler, hand, object, topics, progress=progress
+                paths,
+                names,
+                config,
+                out,
+                jobs,
+                scheduler,
+                hand,
+                object,
+                topics,
+                force,
+                progress=progress,
             )
     except KeyboardInterrupt:
         typer.echo("vtgtsam: interrupted; the same call goes on where it stopped", err=True)

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import logging
-import shutil
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import count
@@ -14,8 +13,8 @@ from typing import Any
 import pandas as pd
 import pyarrow.parquet as pq
 
-from ..atomic import LEFTOVER, replacing, write_text
-from . import store
+from ..atomic import replacing, write_text
+from . import folder, store
 from .bop import HEADER, bop_lines
 from .engine import run_tasks
 from .estimates import POSE
@@ -25,6 +24,8 @@ from .tum import tum_lines
 logger = logging.getLogger(__name__)
 
 Description = Mapping[str, Any]
+
+_SCENES = "bop/scenes.csv"
 
 
 @dataclass(frozen=True)
@@ -60,9 +61,9 @@ def export(
         jobs: Processes on this machine, each with one sequence at a time in memory.
         scheduler: Address of a Dask scheduler whose workers to use instead.
     """
-    for folder in ("tum", "bop"):
-        shutil.rmtree(out / folder, ignore_errors=True)
+    folder.release_below(out, "tum", "bop")
     scenes = _numbered(out, sequences, tuple(methods))
+    folder.claim(out, _names(scenes))
     for _ in run_tasks(_export_sequence, scenes, jobs, scheduler):
         pass
     with_poses = [scene for scene in scenes if scene.ids is not None]
@@ -70,6 +71,7 @@ def export(
         _write_scenes(out, with_poses)
         for method in methods:
             _join_bop(out, method, [scene.ids[0] for scene in with_poses if scene.ids])
+        folder.release(out, [_bop_part(*part) for part in _bop_parts(with_poses)])
 
 
 def _numbered(
@@ -96,15 +98,22 @@ def _numbered(
     ]
 
 
+def _names(scenes: Sequence[_Scene]) -> list[str]:
+    """All files to be written, as paths below the run's folder."""
+    trajectories = [_tum(scene, method) for scene in scenes for method in scene.methods]
+    parts = _bop_parts(scenes)
+    joined = [_SCENES, *(_bop(method) for method in scenes[0].methods)] if parts else []
+    return [*trajectories, *(_bop_part(*part) for part in parts), *joined]
+
+
 def _export_sequence(scene: _Scene) -> None:
     """Write one sequence's trajectories, and its lines of each of BOP's files to a file of their own."""
     for method in scene.methods:
         rows = _rows(scene.out, scene.about["sequence"], method)
-        path = scene.out / "tum" / method / f"{scene.about['sequence']}.txt"
-        write_text(path, "".join(tum_lines(rows)))
+        write_text(scene.out / _tum(scene, method), "".join(tum_lines(rows)))
         if scene.ids is not None:
             lines = bop_lines(*scene.ids, scene.about["camera_poses"], rows)
-            write_text(_bop_part(scene.out, method, scene.ids[0]), "".join(lines))
+            write_text(scene.out / _bop_part(method, scene.ids[0]), "".join(lines))
 
 
 def _write_scenes(out: Path, scenes: Sequence[_Scene]) -> None:
@@ -118,22 +127,34 @@ def _write_scenes(out: Path, scenes: Sequence[_Scene]) -> None:
         for scene in scenes
         if scene.ids is not None
     ]
-    write_csv(out / "bop" / "scenes.csv", pd.DataFrame(rows))
+    write_csv(out / _SCENES, pd.DataFrame(rows))
 
 
 def _join_bop(out: Path, method: str, numbers: Sequence[int]) -> None:
     """Put the scenes' lines together, in order; one scene's at a time are in memory."""
-    with replacing(out / "bop" / f"{method}.csv") as temporary:
+    with replacing(out / _bop(method)) as temporary:
         with temporary.open("w", encoding="utf-8", newline="\n") as file:
             file.write(HEADER)
             for number in numbers:
-                part = _bop_part(out, method, number)
+                part = out / _bop_part(method, number)
                 file.write(part.read_text(encoding="utf-8"))
-                part.unlink()
 
 
-def _bop_part(out: Path, method: str, scene: int) -> Path:
-    return out / "bop" / f".{method}.{scene}.csv{LEFTOVER}"
+def _tum(scene: _Scene, method: str) -> str:
+    return f"tum/{method}/{scene.about['sequence']}.txt"
+
+
+def _bop(method: str) -> str:
+    return f"bop/{method}.csv"
+
+
+def _bop_part(method: str, scene: int) -> str:
+    return f"bop/parts/{method}.{scene}.csv"
+
+
+def _bop_parts(scenes: Sequence[_Scene]) -> list[tuple[str, int]]:
+    """Method and scene of each file of one scene's lines."""
+    return [(method, scene.ids[0]) for scene in scenes if scene.ids for method in scene.methods]
 
 
 def _rows(out: Path, sequence: str, method: str) -> list[dict[str, Any]]:

@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING
 import pandas as pd
 import yaml
 
-from ..atomic import remove_leftovers, write_text
+from ..atomic import write_text
 from ..config import EstimatorConfig
 from ..exceptions import VtgtsamError
-from . import store
+from . import folder, store
 from .engine import run_tasks
 from .errors import SCHEMA
 from .exports import export
@@ -50,14 +50,15 @@ def evaluate(
     hand: PadSet | PathLike | None = None,
     object: ObjectModel | PathLike | None = None,
     topics: TopicMap | PathLike | None = None,
+    force: bool = False,
 ) -> pd.DataFrame:
     """Estimate the object's pose in recorded sequences and compare with the truth.
 
     Everything is written to ``out``: estimates, errors, tables, trajectories for other tools (figures
     and a page to look at are made of them by the command ``vtgtsam report``). What is there
     already and was made from the same recording, settings and code is not computed again, so an interrupted
-    call goes on where it stopped; what does not belong to this call is removed. The result does not depend
-    on ``jobs``.
+    call goes on where it stopped; what an earlier call made and does not belong to this one is removed, and
+    no other file. The result does not depend on ``jobs``.
 
     A sequence that fails is logged and listed in ``sequences.csv``, the others are kept. A recording without
     ground truth is estimated and has no errors.
@@ -75,16 +76,17 @@ def evaluate(
         hand: Hand to use instead of the one a recording names, or its name or file.
         object: Object to use instead of the one a recording names, or its name or mesh file.
         topics: Topic map of other people's bags, or its YAML file.
+        force: Use a folder that is neither empty nor a run's; files that were not made here stay as they are.
 
     Returns:
         The summary, as in ``summary.csv``: a row for each dataset, object, method and phase, in mm. Errors
         of single frames are in ``metrics.parquet``. ``attrs["failed"]`` maps a failed sequence to the reason.
 
     Raises:
-        VtgtsamError: A path, the configuration or the map is wrong; or a worker died.
+        VtgtsamError: A path, the configuration or the map is wrong; ``out`` holds other files; or a worker died.
         ValueError: A method is unknown.
     """
-    tables = run(recordings, methods, config, out, jobs, scheduler, hand, object, topics)
+    tables = run(recordings, methods, config, out, jobs, scheduler, hand, object, topics, force)
     for sequence, problem in tables.failed.items():
         logger.warning("%s failed: %s", sequence, problem)
     tables.summary.attrs["failed"] = tables.failed
@@ -101,6 +103,7 @@ def run(
     hand: PadSet | PathLike | None = None,
     obj: ObjectModel | PathLike | None = None,
     topics: TopicMap | PathLike | None = None,
+    force: bool = False,
     progress: Callable[[Outcome, int], None] | None = None,
 ) -> Tables:
     """As ``evaluate``, with all tables as the answer.
@@ -115,10 +118,11 @@ def run(
     found = find_anywhere(paths)
     configs = method_configs(methods, load_config(config))
     given = Given.of(hand, obj, topics)
-    folder = Path(out).resolve()  # workers may have another current folder
-    _prepare(folder, set(found))
+    place = Path(out).resolve()  # workers may have another current folder
+    _spare(place / store.CONFIG, config)
+    _prepare(place, set(found), force)
     tasks = [
-        Task(sequence, recording.resolve(), folder, configs, given, code_version())
+        Task(sequence, recording.resolve(), place, configs, given, code_version())
         for sequence, recording in found.items()
     ]
     outcomes: dict[str, Outcome] = {}
@@ -126,32 +130,48 @@ def run(
         outcomes[outcome.sequence] = outcome
         if progress is not None:
             progress(outcome, len(tasks))
-    write_text(folder / store.CONFIG, _config_yaml(configs, given))
+    folder.claim(place, [store.CONFIG])
+    write_text(place / store.CONFIG, _config_yaml(configs, given))
     ordered = [outcomes[sequence] for sequence in found]
-    return _collect(folder, ordered, list(configs), jobs, scheduler)
+    return _collect(place, ordered, list(configs), jobs, scheduler)
 
 
-def _prepare(out: Path, sequences: set[str]) -> None:
+def _spare(effective: Path, given: EstimatorConfig | PathLike) -> None:
+    """Refuse to write the effective settings over the ones that were given."""
+    if isinstance(given, str | os.PathLike) and Path(given).resolve() == effective:
+        raise VtgtsamError(
+            f"{effective} is where the effective settings are written; "
+            "give the configuration under another name, or another folder for the results"
+        )
+
+
+def _prepare(out: Path, sequences: set[str], force: bool) -> None:
     """Remove what is left of a killed run, and results that do not belong to this call."""
-    out.mkdir(parents=True, exist_ok=True)
-    remove_leftovers(out)
-    store.forget_tables(out)
-    for sequence in sorted(store.stored_sequences(out) - sequences):
+    folder.prepare(out, force)
+    parts = [name for sequence in sequences for name in store.parts(sequence)]
+    folder.check(out, [*store.TABLES, store.CONFIG, *parts])
+    folder.remove_leftovers(out)
+    folder.release_below(out, *store.FROM_ALL, store.FIGURES)
+    for sequence in sorted(store.stored_sequences(folder.made(out)) - sequences):
         logger.warning("%s: removed from %s, not among the recordings any more", sequence, out)
-        store.forget(out, sequence)
+        folder.release(out, store.parts(sequence))
+    folder.claim(out, parts)
 
 
 def _collect(
     out: Path, outcomes: list[Outcome], methods: list[str], jobs: int, scheduler: str | None
 ) -> Tables:
     """Put the sequences' results together, in the order of their ids."""
-    remove_leftovers(out)  # of a cluster's worker that died
+    folder.remove_leftovers(out)  # of a cluster's worker that died
     done = [outcome for outcome in outcomes if not outcome.problem]
     parts = [store.metrics_path(out, outcome.sequence) for outcome in done]
+    folder.claim(out, [store.METRICS, store.SEQUENCES])
     concatenate(parts, out / store.METRICS, SCHEMA)
     write_csv(out / store.SEQUENCES, _sequences_table(outcomes))
     export(out, [outcome.about for outcome in done], methods, jobs, scheduler)
-    return make_tables(out)
+    tables = make_tables(out)
+    folder.settle(out)
+    return tables
 
 
 def _sequences_table(outcomes: list[Outcome]) -> pd.DataFrame:

@@ -7,8 +7,8 @@ has now. All files appear whole or not at all, so a run may be killed at any mom
 
 from __future__ import annotations
 
-import shutil
-from pathlib import Path
+from collections.abc import Iterable
+from pathlib import Path, PurePosixPath
 from typing import Any
 
 import pyarrow as pa
@@ -27,18 +27,18 @@ CONFIG = "config.yaml"
 REPORT = "report.html"
 FIGURES = "figures"
 
-_TABLES = (METRICS, SEQUENCES, PER_SEQUENCE, SUMMARY, OVER_TIME, TESTS, TESTS_TIME, TESTS_NOISE)
-_FROM_ALL = (*_TABLES, CONFIG, REPORT)
+TABLES = (METRICS, SEQUENCES, PER_SEQUENCE, SUMMARY, OVER_TIME, TESTS, TESTS_TIME, TESTS_NOISE)
+FROM_ALL = (*TABLES, CONFIG, REPORT)  # made from all sequences together, with FIGURES
 
 
 def estimates_path(out: Path, sequence: str) -> Path:
     """One sequence's estimates."""
-    return out / "estimates" / f"{sequence}.parquet"
+    return out / parts(sequence)[0]
 
 
 def metrics_path(out: Path, sequence: str) -> Path:
     """One sequence's part of ``metrics.parquet``."""
-    return out / "metrics" / f"{sequence}.parquet"
+    return out / parts(sequence)[1]
 
 
 def keep(
@@ -65,14 +65,12 @@ def forget(out: Path, sequence: str) -> None:
     estimates_path(out, sequence).unlink(missing_ok=True)
 
 
-def forget_tables(out: Path) -> None:
-    """Remove what was made from all sequences together."""
-    for name in _FROM_ALL:
-        (out / name).unlink(missing_ok=True)
-    shutil.rmtree(out / FIGURES, ignore_errors=True)
+def parts(sequence: str) -> tuple[str, str]:
+    """One sequence's files, as paths below the run's folder."""
+    return f"estimates/{sequence}.parquet", f"metrics/{sequence}.parquet"
 
 
-def stored_sequences(out: Path) -> set[str]:
-    """Sequences of which anything is stored."""
-    folders = (out / "estimates", out / "metrics")
-    return {path.stem for folder in folders for path in folder.glob("*.parquet")}
+def stored_sequences(names: Iterable[str]) -> set[str]:
+    """Sequences of which anything is stored, ``names`` being all files of a run."""
+    paths = (PurePosixPath(name) for name in names)
+    return {path.stem for path in paths if path.parent.name in ("estimates", "metrics")}

@@ -10,7 +10,7 @@ import pandas as pd
 
 from ..atomic import write_text
 from ..exceptions import VtgtsamError
-from . import store
+from . import folder, store
 from .collect import CONDITION, Collected, collect
 from .significance import noise_tests, paired_tests, time_tests
 from .summary import over_time, summarise
@@ -51,7 +51,7 @@ def make_tables(out: Path) -> Tables:
     """Write all tables anew from what a run has stored.
 
     Raises:
-        VtgtsamError: The folder holds no finished run.
+        VtgtsamError: The folder holds no finished run, or files of others in the place of tables.
     """
     sequences = _read_sequences(out)
     collected = collect(out, sequences)
@@ -64,6 +64,7 @@ def make_tables(out: Path) -> Tables:
         noise_tests(collected.phases),
         sequences,
     )
+    folder.claim(out, set(store.TABLES) - {store.METRICS, store.SEQUENCES})
     write_csv(out / store.PER_SEQUENCE, per_sequence(collected.phases))
     write_csv(out / store.SUMMARY, tables.summary)
     write_csv(out / store.OVER_TIME, tables.over_time)

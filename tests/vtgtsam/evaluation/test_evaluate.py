@@ -62,6 +62,7 @@ def test_it_writes_what_it_promises(out):
     names = set(tree(out))
     sequences = [f"day__{seed}" for seed in range(3)]
     assert names == {
+        ".vtgtsam/files.json",
         "metrics.parquet",
         "per_sequence.csv",
         "summary.csv",

@@ -42,7 +42,6 @@ def test_evaluate_ends_with_the_page_and_report_makes_the_same_again(run, tmp_pa
         *(f"figures/vary_depth_{kind}.png" for kind in ("methods", "time", "worst_1")),
     }
     (out / "figures" / "vary_depth_time.png").unlink()
-    (out / "figures" / "of_last_week.png").write_bytes(b"old")
     code, _, _ = run("report", out)
     assert code == 0
     assert made(out) == first

@@ -6,14 +6,13 @@ Each file draws one kind of figure from the run's tables; ``style`` says how all
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 import matplotlib
 
-from .. import store
+from .. import folder, store
 from ..groups import Group, groups
 from ..tables import Tables
 from .contacts import contacts_figure
@@ -37,17 +36,22 @@ class Chapter:
 
 def make_figures(out: Path, tables: Tables) -> list[Chapter]:
     """Draw all figures anew into ``figures/*.png`` of the run's folder."""
-    folder = out / store.FIGURES
-    shutil.rmtree(folder, ignore_errors=True)
+    folder.release_below(out, store.FIGURES)
     with matplotlib.rc_context(STYLE):  # type: ignore[arg-type]
         return [
             Chapter(
                 group,
-                [save(drawing, folder) for drawing in _overview(group, out)],
-                [save(drawing, folder) for drawing in _worst(group, out)],
+                [_saved(drawing, out) for drawing in _overview(group, out)],
+                [_saved(drawing, out) for drawing in _worst(group, out)],
             )
             for group in groups(tables)
         ]
+
+
+def _saved(drawing: Drawing, out: Path) -> Picture:
+    name = f"{store.FIGURES}/{drawing.name}.png"
+    folder.claim(out, [name])
+    return save(drawing, out / name)
 
 
 def _overview(group: Group, out: Path) -> Iterator[Drawing]:

@@ -43,9 +43,9 @@ class Picture:
     height: int
 
 
-def save(drawing: Drawing, folder: Path) -> Picture:
+def save(drawing: Drawing, path: Path) -> Picture:
     """Write the figure as PNG, and give it as SVG for the page."""
-    with replacing(folder / f"{drawing.name}.png") as temporary:
+    with replacing(path) as temporary:
         drawing.figure.savefig(temporary, format="png", dpi=DPI, metadata={"Software": None})
     svg = io.StringIO()
     drawing.figure.savefig(svg, format="svg", metadata={"Date": None, "Creator": None})

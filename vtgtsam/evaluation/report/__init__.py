@@ -36,10 +36,14 @@ def make_report(out: Path, tables: Tables) -> Path:
         The page.
     """
     from ...atomic import write_text
+    from .. import folder
     from ..figures import make_figures
     from ..store import REPORT
     from .page import render
 
+    folder.check(out, [REPORT])
     chapters = make_figures(out, tables)
+    folder.claim(out, [REPORT])
     write_text(out / REPORT, render(out, tables, chapters))
+    folder.settle(out)
     return out / REPORT
