@@ -226,6 +226,12 @@ def test_sdf_writes_a_field_that_loads(run, tmp_path):
     assert "16 x 16 x 16 nodes" in out
     value = GridSdf.load(field).value([[0.05, 0.0, 0.0]])[0]
     assert value == pytest.approx(0.02, abs=1e-3)  # the sphere's facets lie up to 0.6 mm inside it
+    before = field.read_bytes()
+    code, _, err = run("sdf", mesh, "--out", field)
+    assert (code, "is there already; give another name, or --force" in err) == (1, True)
+    assert field.read_bytes() == before
+    code, _, err = run("sdf", mesh, "--out", mesh, "--force")
+    assert (code, "--out must be another file than" in err) == (1, True)
 
 
 def test_check_mesh_praises_a_good_mesh_and_says_what_is_wrong_with_a_bad_one(run, tmp_path):

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from .options import Hand, Object, Topics
+from .options import Force, Hand, Object, Topics, refuse_existing
 
 
 def convert(
@@ -19,14 +19,12 @@ def convert(
     topics: Topics = None,
     hand: Hand = None,
     object: Object = None,
-    force: Annotated[bool, typer.Option("--force", help="Replace a file that is there.")] = False,
+    force: Force = False,
 ) -> None:
     """Turn another robot's bag into a recording with hand and object inside."""
-    from ..exceptions import RecordingError
     from ..recording.convert import convert_bag
 
-    if out.exists() and not force:
-        raise RecordingError(f"{out} is there already; give another name, or --force to replace it")
+    refuse_existing(out, force, bag)
     converted = convert_bag(bag, out, topics=topics, hand=hand, object=object)
     for warning in converted.warnings:
         typer.echo(f"warning: {warning}", err=True)

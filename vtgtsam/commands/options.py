@@ -10,7 +10,8 @@ from typing import Annotated
 import typer
 
 
-def _positive(value: float) -> float:
+def positive(value: float) -> float:
+    """The value, refused where it is not above 0."""
     if not (math.isfinite(value) and value > 0):
         raise typer.BadParameter(f"expected a number above 0, got {value}")
     return value
@@ -18,20 +19,36 @@ def _positive(value: float) -> float:
 
 def positive_or_none(value: float | None) -> float | None:
     """The value, refused where it is not above 0; None stays."""
-    return None if value is None else _positive(value)
+    return None if value is None else positive(value)
 
 
-def finite(value: float) -> float:
-    """The value, refused where it is infinite or no number."""
-    if not math.isfinite(value):
+def finite_or_none(value: float | None) -> float | None:
+    """The value, refused where it is infinite or no number; None stays."""
+    if value is not None and not math.isfinite(value):
         raise typer.BadParameter(f"expected a finite number, got {value}")
     return value
 
 
+def refuse_existing(out: Path, force: bool, *sources: Path) -> None:
+    """Refuse to write over a file that nobody said to replace, or that is read.
+
+    Raises:
+        VtgtsamError: The file is there.
+    """
+    from ..exceptions import VtgtsamError
+
+    for source in sources:
+        if out.exists() and source.exists() and out.samefile(source):
+            raise VtgtsamError(f"--out must be another file than {source}, which is read")
+    if out.exists() and not force:
+        raise VtgtsamError(f"{out} is there already; give another name, or --force to replace it")
+
+
+Force = Annotated[bool, typer.Option("--force", help="Replace a file that is there.")]
 Mesh = Annotated[Path, typer.Argument(help="Mesh file (OBJ, PLY, STL, ...).")]
 Scale = Annotated[
     float,
-    typer.Option(callback=_positive, help="Metres per unit of the mesh file; 0.001 for mm."),
+    typer.Option(callback=positive, help="Metres per unit of the mesh file; 0.001 for mm."),
 ]
 Resolution = Annotated[int, typer.Option(min=2, help="Nodes of the distance field a side.")]
 Topics = Annotated[Path | None, typer.Option(help="Topic map (YAML) for other people's bags.")]

@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from .options import Mesh, Resolution, Scale
+from .options import Force, Mesh, Resolution, Scale, refuse_existing
 
 
 def sdf(
@@ -17,11 +17,13 @@ def sdf(
     out: Annotated[Path, typer.Option(help="File to write, .npz.")],
     scale: Scale = 1.0,
     resolution: Resolution = 128,
+    force: Force = False,
 ) -> None:
     """Build the signed distance field of a mesh; `GridSdf.load` reads the file."""
     from ..mesh.reading import read_mesh
     from ..sdf.build import build_sdf
 
+    refuse_existing(out, force, mesh)
     surface = read_mesh(mesh)
     surface.apply_scale(scale)
     with warnings.catch_warnings(record=True) as problems:

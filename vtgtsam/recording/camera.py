@@ -27,13 +27,39 @@ def color_images(path: str | Path, topic: str = names.COLOR) -> Iterator[tuple[f
     return _images(path, topic, decode_color)
 
 
-def image_times(path: str | Path) -> np.ndarray:
-    """Instants of the images [s], shape (N,), increasing; of the colour ones where there are any."""
-    for topic in (names.COLOR, names.DEPTH):
-        stamps = {stamp for stamp, _ in _decoded(path, topic, COMPRESSED_IMAGE)}
+def image_times(path: str | Path, topic: str | None = None) -> np.ndarray:
+    """Instants of the images [s], shape (N,), increasing; of the colour ones where there are any.
+
+    Args:
+        path: The recording.
+        topic: Another robot's topic of images, of whatever stamped type; None: our own.
+
+    Raises:
+        RecordingError: There is no such topic, or its messages have no stamps.
+    """
+    if topic is not None:
+        return _stamps(path, topic)
+    for name in (names.COLOR, names.DEPTH):
+        stamps = {stamp for stamp, _ in _decoded(path, name, COMPRESSED_IMAGE)}
         if stamps:
             return np.array(sorted(stamps)) / 1e9
     return np.empty(0)
+
+
+def _stamps(path: str | Path, topic: str) -> np.ndarray:
+    """Stamps of any topic whose messages have them [s], increasing."""
+    stamps: set[int] = set()
+    for message in open_source(path).messages({topic}):
+        decoded = message.decode(message.data)
+        if not hasattr(decoded, "header"):
+            raise RecordingError(
+                f"topic {topic} has type {message.msgtype}, which has no stamps; give the topic of the "
+                "images as 'images' in the topic map"
+            )
+        stamps.add(stamp_ns(decoded))
+    if not stamps:
+        raise RecordingError(f"{path} has no topic {topic} (images)")
+    return np.array(sorted(stamps)) / 1e9
 
 
 def camera_intrinsics(path: str | Path, topic: str = names.CAMERA_INFO) -> CameraIntrinsics | None:

@@ -159,6 +159,16 @@ class Recording:
         """The streams as they were read, each with its own instants."""
         return self._streams
 
+    @property
+    def span(self) -> tuple[float, float]:
+        """First and last instant of its streams [s]; a constant camera pose has none."""
+        s = self._streams
+        streams = (s.joints, s.contacts, s.hand_pose, s.vision, s.truth, s.estimate)
+        times = [stream.times_ns for stream in streams if stream is not None]
+        if not times:
+            return float("nan"), float("nan")
+        return min(int(t[0]) for t in times) / 1e9, max(int(t[-1]) for t in times) / 1e9
+
     @cached_property
     def ground_truth(self) -> PoseTrajectory | None:
         """The object's true poses T_wo, or None where they were not recorded."""

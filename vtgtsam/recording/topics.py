@@ -15,6 +15,7 @@ that is not mentioned is looked for under this package's own name::
       vision: {topic: /foundationpose/pose, latency: 0.06, frame: camera}
       camera_pose: [0.6, 0, 0.576, 0, 0, 0, 1]     # x y z qx qy qz qw, or a topic
       truth: /mocap/object
+      images: /camera/color/image_raw              # whose stamps numbered pose files count
 """
 
 from __future__ import annotations
@@ -130,7 +131,10 @@ CameraPose = Annotated[SevenNumbers | str, AfterValidator(_checked_pose)]
 
 
 class Topics(_Model):
-    """The topics themselves; ``camera_pose`` may be a constant T_wc instead."""
+    """The topics themselves; ``camera_pose`` may be a constant T_wc instead.
+
+    ``images`` are any stamped messages, one an image; only their stamps are read.
+    """
 
     joints: str
     contacts: Contacts
@@ -139,6 +143,7 @@ class Topics(_Model):
     camera_pose: CameraPose = names.CAMERA_POSE
     truth: str = names.TRUTH
     estimate: str = names.ESTIMATE
+    images: str | None = None
 
     def used(self) -> Iterator[str]:
         """Names of all topics that are read, images apart."""

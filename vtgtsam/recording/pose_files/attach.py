@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
@@ -12,20 +13,20 @@ import numpy as np
 
 from ...atomic import replacing
 from ...exceptions import RecordingError, VtgtsamError
-from .. import Recording, messages, names, read_recording
+from .. import Recording, TopicMap, messages, read_recording
 from ..bags import open_source
 from ..camera import image_times
 from ..replace import replace_topic
 from ..trajectory import PoseTrajectory
 from ..visual_check import visual_off_truth
 from .files import PoseFiles
+from .instants import check_shift, find_numbering, known_motion
 from .plausible import check_unit_and_frame, explain_offset, find_reference, in_world
 from .quaternions import check_quaternion_order
+from .span import check_span, inside
 
 ADVICE = "check --frame, --scale, --latency and /camera/pose"
 Count = Literal["images", "vision"]
-
-OUTSIDE_NS = 10**9  # [ns], poses that far before or after a recording are of another one
 
 
 @dataclass(frozen=True)
@@ -34,11 +35,13 @@ class Attached:
 
     Attributes:
         count: Number of poses written.
+        matched: What was matched to what: numbers or stamps to the recording's instants, in words.
         replaced: Number of visual poses that the recording had.
         warnings: Sentences on what was left out or looks wrong.
     """
 
     count: int
+    matched: str
     replaced: int
     warnings: list[str]
 
@@ -50,6 +53,8 @@ def attach_vision(
     count: Count | None = None,
     tracker: str = "files",
     offset_is_known: bool = False,
+    latency_is_known: bool = False,
+    topics: TopicMap | str | Path | None = None,
 ) -> Attached:
     """Write a copy of a recording whose visual poses are those of files.
 
@@ -61,6 +66,9 @@ def attach_vision(
             has (as in what ``vtgtsam evaluate`` exports); None: images where there are any.
         tracker: What the copy calls the tracker.
         offset_is_known: Whether ``files.offset`` was said to be right, so that it is not questioned.
+        latency_is_known: Whether ``files.latency`` was.
+        topics: Which topics hold what, for another robot's recording. The copy is read through the same
+            map: its visual poses have the map's topic, latency and frame.
 
     Raises:
         RecordingError: The files do not fit the recording; nothing is written.
@@ -70,15 +78,14 @@ def attach_vision(
         raise RecordingError(f"{source} must be an .mcap file to attach poses to")
     if out.resolve() == source.resolve():
         raise RecordingError(f"--out must be another file than the recording {source}")
-    before = read_recording(source)
-    numbered = files.table.stamps_ns is None
-    times_ns = files.times_ns(_counted_times(before, count) if numbered else np.empty(0))
+    before = read_recording(source, topics=topics)
+    image_times = np.empty(0) if files.table.images is None else _counted_times(before, count)
+    files, times_ns, warnings = _understood(files, before, image_times, latency_is_known)
     reference = find_reference(before, times_ns / 1e9)
     if reference is not None:
-        check_unit_and_frame(files, before, times_ns / 1e9, reference)
         check_quaternion_order(files, before, times_ns / 1e9, reference)
     poses = in_world(files, before, times_ns / 1e9)
-    warnings = _warnings_of_the_rest(before)
+    warnings = _warnings_of_the_rest(before) + warnings
     offset = None
     if reference is not None and not offset_is_known:
         offset = explain_offset(poses, before, reference)
@@ -88,10 +95,57 @@ def attach_vision(
     kept = _usable(source, files, times_ns, poses, warnings)
     about = {"tracker": tracker, "tracker_files": files.path.name}
     with replacing(out) as temporary:
-        stamped = [(stamp, _encoded(stamp, T_wo)) for stamp, T_wo in kept]
-        replace_topic(source, temporary, names.VISION, messages.POSE, stamped, about)
+        stamped = [_encoded(before, stamp, T_wo) for stamp, T_wo in kept]
+        topic = before.topics.vision.topic
+        replace_topic(source, temporary, topic, messages.POSE, stamped, about)
     old = before.visual_poses
-    return Attached(len(kept), 0 if old is None else len(old), warnings)
+    return Attached(
+        len(kept),
+        _matched(files, before, times_ns, image_times),
+        0 if old is None else len(old),
+        warnings,
+    )
+
+
+def _understood(
+    files: PoseFiles, recording: Recording, image_times: np.ndarray, latency_is_known: bool
+) -> tuple[PoseFiles, np.ndarray, list[str]]:
+    """The poses in their unit, frame and numbering, their instants [ns], and what is odd about these.
+
+    Raises:
+        RecordingError: The recording says that they are of another unit, frame or instant.
+    """
+    times_ns = files.times_ns(image_times)
+    check_span(files, times_ns, *_received(recording.path))
+    reference = find_reference(recording, times_ns / 1e9)
+    if reference is not None:
+        check_unit_and_frame(files, recording, times_ns / 1e9, reference)
+    known = None if reference is None else known_motion(recording)
+    if files.table.images is not None:
+        numbering = find_numbering(files, recording, image_times, known)
+        files = dataclasses.replace(files, numbering=numbering)
+        times_ns = files.times_ns(image_times)
+    if known is None or latency_is_known:
+        return files, times_ns, []
+    return files, times_ns, check_shift(files, recording, times_ns / 1e9, known)
+
+
+def _matched(
+    files: PoseFiles, recording: Recording, times_ns: np.ndarray, image_times: np.ndarray
+) -> str:
+    """What was matched to what, in words."""
+    start, end = recording.span
+    last = f"last pose at {times_ns.max() / 1e9 - start:.2f} of {end - start:.2f} s"
+    numbers = files.table.images
+    if numbers is None:
+        first = times_ns.min() / 1e9 - start
+        return f"stamps, the first pose at {first:.2f}, the {last}"
+    assert files.numbering is not None
+    images = files.numbering.images(numbers)
+    return (
+        f"numbers {numbers.min()} to {numbers.max()} as images {images.min()} to {images.max()} of "
+        f"{len(image_times)}, counted from 0; {last}"
+    )
 
 
 def _warnings_of_the_rest(recording: Recording) -> list[str]:
@@ -113,7 +167,9 @@ def _far_from_truth(
 
 def _counted_times(recording: Recording, count: Count | None) -> np.ndarray:
     """Instants [s] of what the files' numbers count."""
-    times = np.empty(0) if count == "vision" else image_times(recording.path)
+    times = np.empty(0)
+    if count != "vision":
+        times = image_times(recording.path, recording.topics.images)
     if len(times) == 0 and count != "images" and recording.visual_poses is not None:
         times = recording.visual_poses.times
     if len(times) == 0:
@@ -132,30 +188,28 @@ def _usable(
     warnings: list[str],
 ) -> list[tuple[int, gtsam.Pose3]]:
     """The poses that are poses and of this recording's time, by stamp; one for each."""
-    received = [message.receive_ns for message in open_source(source).messages()]
-    start, end = min(received), max(received)
-    inside = (times_ns >= max(start - OUTSIDE_NS, 0)) & (times_ns <= end + OUTSIDE_NS)
-    if not inside.any():
-        raise RecordingError(
-            f"the poses in {files.path} are from {times_ns.min() / 1e9:.2f} to "
-            f"{times_ns.max() / 1e9:.2f} s, the recording from {start / 1e9:.2f} to "
-            f"{end / 1e9:.2f} s; are the stamps of one clock, and --latency in seconds?"
-        )
+    within = inside(times_ns, *_received(source))
     found = {
         int(time): T
-        for time, T, ok in zip(times_ns, poses, inside, strict=True)
+        for time, T, ok in zip(times_ns, poses, within, strict=True)
         if ok and T is not None
     }
     if not found:
         raise RecordingError(
             f"{files.path} holds nothing that is a pose, with the camera's pose known"
         )
-    _note(warnings, int((~inside).sum()), len(poses), "lie outside the recording's time")
+    _note(warnings, int((~within).sum()), len(poses), "lie outside the recording's time")
     wrong = [T is None for T in files.poses]
     _note(warnings, sum(wrong), len(poses), "are no rotation and translation of finite numbers")
-    rest = int((inside & ~np.array(wrong)).sum()) - len(found)
+    rest = int((within & ~np.array(wrong)).sum()) - len(found)
     _note(warnings, rest, len(poses), "have another one's stamp, or come before the camera's pose")
     return sorted(found.items())
+
+
+def _received(source: Path) -> tuple[int, int]:
+    """When the first and the last message of a recording were received [ns]."""
+    received = [message.receive_ns for message in open_source(source).messages()]
+    return min(received), max(received)
 
 
 def _note(warnings: list[str], count: int, total: int, why: str) -> None:
@@ -163,6 +217,14 @@ def _note(warnings: list[str], count: int, total: int, why: str) -> None:
         warnings.append(f"{count} of {total} poses are left out, they {why}")
 
 
-def _encoded(stamp: int, T_wo: gtsam.Pose3) -> bytes:
-    fields = {"header": messages.header(stamp, "world"), "pose": messages.pose_fields(T_wo)}
-    return messages.encoder(messages.POSE)(fields)
+def _encoded(recording: Recording, stamp_ns: int, T_wo: gtsam.Pose3) -> tuple[int, bytes]:
+    """Stamp [ns] and message that the recording's topic map reads as this pose at this instant."""
+    vision = recording.topics.vision
+    pose, frame = T_wo, "world"
+    if vision.frame == "camera":
+        T_wc = recording.camera_pose_at(stamp_ns / 1e9)
+        assert T_wc is not None  # else the map could not have been read
+        pose, frame = T_wc.between(T_wo), "camera"
+    stamp = stamp_ns + round(vision.latency * 1e9)
+    fields = {"header": messages.header(stamp, frame), "pose": messages.pose_fields(pose)}
+    return stamp, messages.encoder(messages.POSE)(fields)

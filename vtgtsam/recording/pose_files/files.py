@@ -20,6 +20,7 @@ import numpy as np
 
 from ...exceptions import RecordingError
 from .formats import Frame, PoseTable, read_table
+from .numbering import Numbering, usual_numbering
 
 ROTATION_TOLERANCE = 0.01  # of R'R - I, above which a matrix is no rotation that was rounded
 
@@ -35,6 +36,7 @@ class PoseFiles:
         frame: Whether they are poses in the world, T_wo, or in the camera frame, T_co.
         offset: Origin of the program's mesh in the object frame [m], shape (3,).
         latency: How long after the image a pose is stamped [s].
+        numbering: Which image each number is; None: as is usual.
     """
 
     path: Path
@@ -43,6 +45,7 @@ class PoseFiles:
     frame: Frame
     offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
     latency: float = 0.0
+    numbering: Numbering | None = None
 
     @classmethod
     def read(
@@ -54,6 +57,8 @@ class PoseFiles:
         latency: float = 0.0,
         scene: int | None = None,
         obj: int | None = None,
+        numbering: Numbering | None = None,
+        time_scale: float = 1.0,
     ) -> PoseFiles:
         """Read what FoundationPose (a folder of matrices), bop_toolkit (csv) or evo (TUM) write.
 
@@ -65,6 +70,8 @@ class PoseFiles:
             latency: How long after the image a pose is stamped [s]: true time = stamp - latency.
             scene: For BOP, the scene_id.
             obj: For BOP, the obj_id.
+            numbering: Which image each number is, where that is not the usual.
+            time_scale: Seconds per unit of a TUM file's stamps.
 
         Raises:
             RecordingError: The files cannot be read.
@@ -76,7 +83,7 @@ class PoseFiles:
         x, y, z = np.asarray(offset, dtype=np.float64).tolist()
         if not np.isfinite([x, y, z]).all():
             raise ValueError(f"offset must be three finite numbers [m], got {offset!r}")
-        table = read_table(path, scene, obj)
+        table = read_table(path, scene, obj, time_scale)
         return cls(
             Path(path),
             table,
@@ -84,6 +91,7 @@ class PoseFiles:
             frame or table.frame,
             (x, y, z),
             latency,
+            numbering,
         )
 
     def replaced(self, scale: float | None = None, frame: Frame | None = None) -> PoseFiles:
@@ -108,30 +116,22 @@ class PoseFiles:
             image_times: Instants of the images that the program saw [s]; not needed for stamps.
 
         Raises:
-            RecordingError: There are fewer images than the numbers in the file want.
+            RecordingError: There are fewer images than the numbers want.
         """
         latency_ns = round(self.latency * 1e9)
         if self.table.stamps_ns is not None:
             return self.table.stamps_ns - latency_ns
         instants = np.rint(np.asarray(image_times, dtype=np.float64) * 1e9).astype(np.int64)
-        times: np.ndarray = instants[self._indices(len(instants))] - latency_ns
+        assert self.table.images is not None
+        numbering = self.numbering or usual_numbering(self.table.images, len(instants), self.path)
+        images = numbering.images(self.table.images)
+        if images.min() < 0 or images.max() >= len(instants):
+            raise RecordingError(
+                f"{self.path} has poses of images {images.min()} to {images.max()} (--first, --every), "
+                f"but there are {len(instants)} images"
+            )
+        times: np.ndarray = instants[images] - latency_ns
         return times
-
-    def _indices(self, count: int) -> np.ndarray:
-        """Which image each pose is of, counted from 0."""
-        numbers = self.table.images
-        assert numbers is not None
-        if len(numbers) == count:  # one for each, whatever they are called
-            return np.arange(count)
-        if numbers.max() < count:
-            return numbers
-        if numbers.max() == count and numbers.min() >= 1:
-            return numbers - 1
-        raise RecordingError(
-            f"{self.path} has {len(numbers)} poses of images {numbers.min()} to {numbers.max()}, but "
-            f"there are {count} images; give the poses of this recording, or a TUM file, whose "
-            "lines have stamps"
-        )
 
 
 def _pose(matrix: np.ndarray, scale: float, T_to: gtsam.Pose3) -> gtsam.Pose3 | None:

@@ -19,6 +19,7 @@ import re
 from collections import defaultdict
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from decimal import Decimal
 from pathlib import Path
 from typing import Literal
 
@@ -31,6 +32,7 @@ from ..messages import QUATERNION_TOLERANCE
 Frame = Literal["world", "camera"]
 
 CALENDAR_NS = 10**18  # [ns], a name as large as this is a stamp since 1970, not an image's number
+LAST_NS = 2**63  # [ns], the year 2262
 _BOP_COLUMNS = ("scene_id", "im_id", "obj_id", "score", "R", "t")
 _TUM = re.compile(r"[\s,]+")
 
@@ -56,13 +58,16 @@ class PoseTable:
     frame: Frame
 
 
-def read_table(path: str | Path, scene: int | None = None, obj: int | None = None) -> PoseTable:
+def read_table(
+    path: str | Path, scene: int | None = None, obj: int | None = None, time_scale: float = 1.0
+) -> PoseTable:
     """Read a file or folder of poses, whatever format it has.
 
     Args:
         path: A folder of matrices, a BOP csv or a TUM file.
         scene: For BOP: the scene_id, needed where the file has several.
         obj: For BOP: the obj_id, needed where the scene has several.
+        time_scale: For TUM: seconds per unit of the stamps.
 
     Raises:
         RecordingError: It is none of these, or a line or file of it makes no sense.
@@ -78,7 +83,7 @@ def read_table(path: str | Path, scene: int | None = None, obj: int | None = Non
         raise RecordingError(f"{path} cannot be read as text: {error}") from None
     if text.lstrip().startswith("scene_id"):
         return read_bop(path, text, scene, obj)
-    return read_tum(path, text)
+    return read_tum(path, text, time_scale)
 
 
 def read_matrices(folder: Path) -> PoseTable:
@@ -129,21 +134,28 @@ def read_bop(path: Path, text: str, scene: int | None, obj: int | None) -> PoseT
     )
 
 
-def read_tum(path: Path, text: str) -> PoseTable:
+def read_tum(path: Path, text: str, time_scale: float = 1.0) -> PoseTable:
     """Lines of "time x y z qx qy qz qw"; lines that begin with # are comments."""
-    stamps, matrices = [], []
+    stamps, matrices, unit_ns = [], [], Decimal(str(time_scale)) * 10**9
     for number, line in enumerate(text.splitlines(), start=1):
         if not line.strip() or line.lstrip().startswith("#"):
             continue
         try:
-            time, *numbers = (float(word) for word in _TUM.split(line.strip()))
-            matrices.append(_from_numbers(numbers))
-            stamps.append(round(time * 1e9))
-        except (ValueError, OverflowError):
+            time, *numbers = _TUM.split(line.strip())
+            matrices.append(_from_numbers([float(word) for word in numbers]))
+            # Exactly: nanoseconds since 1970 have more digits than a float.
+            stamp = Decimal(time) * unit_ns
+            stamps.append(round(stamp))
+        except (ValueError, ArithmeticError):
             raise RecordingError(
                 f"{path}, line {number}: expected 'time x y z qx qy qz qw' (TUM) or a csv that "
                 f"begins with 'scene_id' (BOP), got {line.strip()[:60]!r}"
             ) from None
+        if abs(stamps[-1]) >= LAST_NS:
+            raise RecordingError(
+                f"{path}, line {number}: {time} s is no instant; are the stamps nanoseconds? Give "
+                "--time-scale 1e-9"
+            )
     if not stamps:
         raise RecordingError(f"{path} holds no poses")
     return PoseTable("TUM file", np.array(matrices), None, np.array(stamps), 1.0, "world")

@@ -23,7 +23,7 @@ def run(monkeypatch, capsys, tmp_path):
 
     def call(recording, poses, *options):
         out = tmp_path / "out.mcap"
-        arguments = ["attach-vision", recording, poses, "--out", out, *options]
+        arguments = ["attach-vision", recording, poses, "--out", out, "--force", *options]
         monkeypatch.setattr(sys, "argv", ["vtgtsam", *map(str, arguments)])
         try:
             cli.main()
@@ -161,10 +161,11 @@ def test_numbers_count_images_where_there_are_any_or_visual_poses_where_said(tmp
     poses = [gtsam.Pose3(gtsam.Rot3(), [0.01 * k, 0.0, 0.0]) for k in range(8)]
     source = write_images(tmp_path / "a.mcap", poses)
     before = read_recording(source)
-    folder = matrices(tmp_path / "some", in_camera(before, poses[:3]))
-    assert run(source, folder)[3].visual_poses.times.tolist() == pytest.approx([0.0, 0.1, 0.2])
+    folder = matrices(tmp_path / "some", in_camera(before, poses[:4]))
+    times = run(source, folder)[3].visual_poses.times
+    assert times.tolist() == pytest.approx([0.0, 0.1, 0.2, 0.3])
     counted = run(source, folder, "--count", "vision")[3]
-    assert counted.visual_poses.times.tolist() == pytest.approx([0.0, 0.2, 0.4])
+    assert counted.visual_poses.times.tolist() == pytest.approx([0.0, 0.2, 0.4, 0.6])
 
 
 def test_latency_is_taken_off_and_poses_outside_are_left_out(tmp_path, run, source, before):
@@ -315,6 +316,17 @@ def test_an_error_that_moves_with_the_hand_is_no_matter_of_the_mesh(tmp_path, ru
     assert err == ""
 
 
+def test_a_file_that_is_there_is_replaced_only_where_that_is_said(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(
+        sys, "argv", ["vtgtsam", "attach-vision", "a.mcap", "x.txt", "--out", str(tmp_path / "b")]
+    )
+    (tmp_path / "b").write_text("work of a day")
+    with pytest.raises(SystemExit):
+        cli.main()
+    assert "b is there already; give another name, or --force" in capsys.readouterr().err
+    assert (tmp_path / "b").read_text() == "work of a day"
+
+
 @pytest.mark.parametrize(
     ("times", "words"),
     [(1e9, "are the stamps of one clock"), (-50.0, "from -49.00 to -48.64 s, the recording from")],
@@ -354,7 +366,7 @@ def test_wrong_calls_are_refused(tmp_path, run, source, before):
         assert (code, f"'--latency': expected a finite number, got {wrong}" in err) == (2, True)
     assert run(source, poses, "--frame", "hand")[0] == 2
     code, _, err, _ = run(source, poses, "--out", source)
-    assert (code, "must be another file than the recording" in err) == (1, True)
+    assert (code, "--out must be another file than" in err) == (1, True)
     code, _, err, _ = run(tmp_path, poses)
     assert (code, "must be an .mcap file" in err) == (1, True)
     assert read_recording(source).visual_poses.poses[0].equals(before.visual_poses.poses[0], 0.0)
