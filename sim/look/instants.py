@@ -95,9 +95,8 @@ def read_estimates(folder: Path, recording: Path, method: str) -> PoseTrajectory
     Raises:
         RecordingError: There are no estimates of it, or none by that method.
     """
-    import pyarrow.parquet as pq
-
     from vtgtsam.evaluation.estimates import poses
+    from vtgtsam.evaluation.store import read_part
 
     parts = recording.resolve().with_suffix("").parts
     names = ["__".join(parts[k:]) for k in range(1, len(parts))]
@@ -107,7 +106,7 @@ def read_estimates(folder: Path, recording: Path, method: str) -> PoseTrajectory
         raise RecordingError(
             f"{folder} holds no estimates of {recording}; give a folder that `vtgtsam evaluate` wrote"
         )
-    table = pq.read_table(file).to_pylist()
+    table = read_part(file)[0].to_pylist()
     rows = [row for row in table if row["method"] == method]
     if not rows:
         methods = ", ".join(sorted({row["method"] for row in table}))

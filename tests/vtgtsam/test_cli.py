@@ -172,7 +172,7 @@ def test_wrong_usage_is_exit_code_2(run, tmp_path, monkeypatch, arguments):
 
 
 def test_a_mistake_of_the_program_shows_its_traceback(run, tmp_path, monkeypatch):
-    monkeypatch.setattr("vtgtsam.evaluation.tables.make_tables", lambda folder: 1 / 0)
+    monkeypatch.setattr("vtgtsam.evaluation.tables.check_finished", lambda folder: 1 / 0)
     with pytest.raises(ZeroDivisionError):
         run("report", tmp_path)
 

@@ -55,6 +55,7 @@ def evaluate(
 
     Interrupted, it goes on where it stopped when called again.
     """
+    from ..evaluation.folder import in_use
     from ..evaluation.methods import check_methods
     from ..evaluation.printing import tables_text
     from ..evaluation.run import run
@@ -86,7 +87,8 @@ def evaluate(
         raise typer.Exit(INTERRUPTED) from None
     if len(tables.failed) < len(tables.sequences):
         typer.echo(tables_text(tables))
-        write_report(Path(out), tables)
+        with in_use(Path(out)):
+            write_report(Path(out), tables)
     if tables.failed:
         typer.echo(f"\n{len(tables.failed)} of {len(tables.sequences)} sequences failed:", err=True)
         for sequence, problem in tables.failed.items():

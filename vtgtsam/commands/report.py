@@ -16,12 +16,15 @@ def report(
     folder: Annotated[Path, typer.Argument(help="Folder that `vtgtsam evaluate` wrote.")],
 ) -> None:
     """Make tables, figures and report.html again from what is stored, without estimating anything."""
+    from ..evaluation.folder import in_use
     from ..evaluation.printing import tables_text
-    from ..evaluation.tables import make_tables
+    from ..evaluation.tables import check_finished, make_tables
 
-    tables = make_tables(folder)
-    typer.echo(tables_text(tables))
-    write_report(folder, tables)
+    check_finished(folder)
+    with in_use(folder, force=True):  # of an older version as well
+        tables = make_tables(folder)
+        typer.echo(tables_text(tables))
+        write_report(folder, tables)
 
 
 def write_report(folder: Path, tables: Tables) -> None:

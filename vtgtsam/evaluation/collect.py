@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import pandas as pd
-import pyarrow.parquet as pq
 
 from . import store
+from .parquet import read_groups
 from .statistics import sequence_statistics
 from .steps import step_statistics, turn_times
 
@@ -72,6 +72,5 @@ def _table(rows: list[dict[str, object]], columns: list[str]) -> pd.DataFrame:
 
 
 def _by_sequence(out: Path) -> Iterator[pd.DataFrame]:
-    with pq.ParquetFile(out / store.METRICS) as file:
-        for group in range(file.num_row_groups):
-            yield file.read_row_group(group).to_pandas()
+    for table in read_groups(out / store.METRICS):
+        yield table.to_pandas()

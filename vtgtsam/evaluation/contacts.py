@@ -8,10 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import pyarrow.parquet as pq
 
 from . import store
-from .parquet import read_about
 from .steps import STEP
 
 
@@ -50,10 +48,11 @@ class ContactShares:
 def read_contacts(out: Path, sequence: str) -> Contacts | None:
     """One sequence's contacts, or None where they are not stored."""
     path = store.estimates_path(out, sequence)
-    about = read_about(path)
-    if about is None or "pads" not in about:
+    if not path.is_file():
         return None
-    table = pq.read_table(path, columns=["method", "time_rel", "contacts"])
+    table, about = store.read_part(path, columns=["method", "time_rel", "contacts"])
+    if "pads" not in about:
+        return None
     method = table["method"].to_numpy(zero_copy_only=False)
     of_first = method == method[:1]  # all methods have the same contacts
     bits = np.array(table["contacts"].to_pylist(), dtype=bool).reshape(len(method), -1)

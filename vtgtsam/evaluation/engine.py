@@ -3,11 +3,13 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import AbstractContextManager, contextmanager
 from typing import Any, TypeVar
 
 from ..exceptions import VtgtsamError
+from .parent import end_with_parent
 from .resume import code_version
 
 Task = TypeVar("Task")
@@ -53,7 +55,12 @@ def run_tasks(
 def _local() -> AbstractContextManager[Any]:
     import joblib
 
-    return joblib.parallel_config(backend="loky", inner_max_num_threads=1)  # type: ignore[no-any-return]
+    return joblib.parallel_config(  # type: ignore[no-any-return]
+        backend="loky",
+        inner_max_num_threads=1,
+        initializer=end_with_parent,
+        initargs=(os.getpid(),),
+    )
 
 
 @contextmanager

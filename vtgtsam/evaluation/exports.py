@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import Any
 
 import pandas as pd
-import pyarrow.parquet as pq
 
 from ..atomic import replacing, write_text
 from . import folder, store
@@ -159,9 +158,7 @@ def _bop_parts(scenes: Sequence[_Scene]) -> list[tuple[str, int]]:
 
 def _rows(out: Path, sequence: str, method: str) -> list[dict[str, Any]]:
     """One method's times and poses of one sequence, frame by frame."""
-    table = pq.read_table(
-        store.estimates_path(out, sequence),
-        columns=["time", *POSE],
-        filters=[("method", "==", method)],
+    table, _ = store.read_part(
+        store.estimates_path(out, sequence), columns=["method", "time", *POSE]
     )
-    return table.to_pylist()  # type: ignore[no-any-return]
+    return [row for row in table.to_pylist() if row["method"] == method]

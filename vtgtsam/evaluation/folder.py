@@ -3,56 +3,68 @@
 
 A results folder is known by ``.vtgtsam/files.json``, which lists what was made in it. A name is listed before
 the file is written, so the list is right whenever the process is killed. A folder of an older version has no
-list; there a file counts as made here where its content says so (``recognised``).
+list; there a file counts as made here where its content says so (``recognised``). Files that later steps build
+on are sealed: the list then has their digest, by which damage is noticed.
 """
 
 from __future__ import annotations
 
 import contextlib
+import hashlib
 import json
 import re
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from pathlib import Path, PurePosixPath
 
 from ..atomic import LEFTOVER, write_text
 from ..exceptions import VtgtsamError
+from .lock import locked
 from .recognised import recognised
+from .store import MARK
 
-MARK = ".vtgtsam"
 _LIST = "files.json"
+_LOCK = "lock"
 _ABOUT = "Made by vtgtsam in this folder. It replaces and removes these files and no others."
 _TEMPORARY = re.compile(rf"\.(.+)\.\d+{re.escape(LEFTOVER)}", re.DOTALL)
 
 
-def prepare(out: Path, force: bool = False) -> None:
-    """Make ``out`` a results folder, unless it is one.
+@contextlib.contextmanager
+def in_use(out: Path, force: bool = False) -> Iterator[None]:
+    """Make ``out`` a results folder, unless it is one, and keep other calls out of it.
 
     Args:
         out: The run's folder.
         force: Whether to use a folder that is neither empty nor a results folder.
 
     Raises:
-        VtgtsamError: It is a file, or such a folder and ``force`` is not given.
+        VtgtsamError: It is a file, or such a folder and ``force`` is not given; or another call works in it.
     """
     if out.exists() and not out.is_dir():
         raise VtgtsamError(f"{out} is a file; results need a folder")
-    out.mkdir(parents=True, exist_ok=True)
-    try:
-        listed = _listed(out)
-    except VtgtsamError:
-        if not force:
-            raise
-        listed = None
-    if listed is not None:
-        return
-    others = sorted(path.name for path in out.iterdir() if path.name != MARK)
-    if others and not force:
+    if not force:
+        _refuse_others(out)
+    with locked(out / MARK / _LOCK, str(out)):
+        try:
+            listed = _listed(out)
+        except VtgtsamError:
+            if not force:
+                raise
+            listed = None
+        if listed is None:
+            _write(out, dict.fromkeys(recognised(out)))
+        yield
+
+
+def _refuse_others(out: Path) -> None:
+    others = (
+        sorted(path.name for path in out.iterdir() if path.name != MARK) if out.exists() else []
+    )
+    if others and _listed(out) is None:
         more = ", ..." if len(others) > 3 else ""
         raise VtgtsamError(
             f"{out} holds {', '.join(others[:3])}{more} and was not made by vtgtsam, or by an older version; "
             "give an empty folder, or --force to use this one, which leaves all files alone that vtgtsam did not make"
         )
-    _write(out, recognised(out) if others else set())
 
 
 def made(out: Path) -> set[str]:
@@ -61,8 +73,28 @@ def made(out: Path) -> set[str]:
     Raises:
         VtgtsamError: The list is damaged.
     """
-    listed = _listed(out)
-    return recognised(out) if listed is None else listed
+    return set(_made(out))
+
+
+def seal(out: Path, names: Iterable[str]) -> None:
+    """Keep what these files are now."""
+    _write(out, _made(out) | {name: _sha256(out / name) for name in names})
+
+
+def verify(out: Path, names: Iterable[str]) -> None:
+    """Refuse files that are not what was sealed; one that never was passes.
+
+    Raises:
+        VtgtsamError: One is damaged, or was edited.
+    """
+    sealed = _made(out)
+    for name in names:
+        digest = sealed.get(name)
+        if digest is not None and digest != _sha256(out / name):
+            raise VtgtsamError(
+                f"{out / name} is not what vtgtsam wrote: it is damaged, or was edited; "
+                "`vtgtsam evaluate` with the same recordings makes it again from what is stored"
+            )
 
 
 def check(out: Path, names: Iterable[str]) -> None:
@@ -80,16 +112,15 @@ def claim(out: Path, names: Iterable[str]) -> None:
     Raises:
         VtgtsamError: As ``check``.
     """
-    names, known = set(names), made(out)
+    names, known = list(names), _made(out)
     _check(out, names, known)
-    if not names <= known or not (out / MARK / _LIST).is_file():
-        _write(out, known | names)
+    _write(out, known | dict.fromkeys(names))
 
 
 def release(out: Path, names: Iterable[str]) -> None:
     """Remove those of the files that were made here, and the folders that get empty by it."""
-    known = made(out)
-    mine = known.intersection(names)
+    known = _made(out)
+    mine = known.keys() & set(names)
     for name in sorted(mine):
         _check(out, [name], known)
         (out / name).unlink(missing_ok=True)
@@ -97,7 +128,7 @@ def release(out: Path, names: Iterable[str]) -> None:
         with contextlib.suppress(OSError):  # it holds something else
             (out / folder).rmdir()
     if mine:
-        _write(out, known - mine)
+        _write(out, {name: known[name] for name in known.keys() - mine})
 
 
 def release_below(out: Path, *folders: str) -> None:
@@ -107,10 +138,7 @@ def release_below(out: Path, *folders: str) -> None:
 
 def settle(out: Path) -> None:
     """Take from the list what is not there, so that it does not tell how often the work was interrupted."""
-    known = made(out)
-    there = {name for name in known if (out / name).exists()}
-    if there != known:
-        _write(out, there)
+    _write(out, {name: digest for name, digest in _made(out).items() if (out / name).exists()})
 
 
 def remove_leftovers(out: Path) -> None:
@@ -125,7 +153,7 @@ def remove_leftovers(out: Path) -> None:
                 path.unlink(missing_ok=True)
 
 
-def _check(out: Path, names: Iterable[str], known: set[str]) -> None:
+def _check(out: Path, names: Iterable[str], known: Collection[str]) -> None:
     inside = out.resolve()
     for name in sorted(names):
         path = out / name
@@ -144,13 +172,20 @@ def _above(name: str) -> list[str]:
     return [str(folder) for folder in PurePosixPath(name).parents if folder.name]
 
 
-def _listed(out: Path) -> set[str] | None:
-    """What the list names, or None where there is no list."""
+def _made(out: Path) -> dict[str, str | None]:
+    """Files made here, and the digests of those that are sealed."""
+    listed = _listed(out)
+    return dict.fromkeys(recognised(out)) if listed is None else listed
+
+
+def _listed(out: Path) -> dict[str, str | None] | None:
+    """What the list says, or None where there is no list."""
     path = out / MARK / _LIST
     try:
-        names = json.loads(path.read_bytes())["files"]
-        if isinstance(names, list) and all(map(_is_below, names)):
-            return set(names)
+        files = json.loads(path.read_bytes())["files"]
+        digests = (str, type(None))
+        if all(_is_below(name) and isinstance(files[name], digests) for name in files):
+            return dict(files)
     except (FileNotFoundError, NotADirectoryError):
         return None
     except (ValueError, KeyError, TypeError, RecursionError):
@@ -169,6 +204,15 @@ def _is_below(name: object) -> bool:
     return not path.is_absolute() and ".." not in path.parts and str(path) == name != "."
 
 
-def _write(out: Path, names: set[str]) -> None:
-    text = json.dumps({"about": _ABOUT, "files": sorted(names)}, indent=1)
+def _write(out: Path, files: Mapping[str, str | None]) -> None:
+    text = json.dumps({"about": _ABOUT, "files": dict(sorted(files.items()))}, indent=1)
     write_text(out / MARK / _LIST, text + "\n")
+
+
+def _sha256(path: Path) -> str | None:
+    """A file's digest, or None where there is none."""
+    try:
+        with path.open("rb") as file:
+            return hashlib.file_digest(file, "sha256").hexdigest()
+    except FileNotFoundError:
+        return None

@@ -59,6 +59,8 @@ def _found(out: Path) -> Iterator[Path]:
     for kind in ("estimates", "metrics"):
         parts = sorted((out / kind).glob("*.parquet"))
         yield from (path for path in parts if read_about(path) is not None)
+    seals = sorted((out / store.MARK / "parts").glob("*.json"))
+    yield from (path for path in seals if store.read_seal(path) is not None)
     for method in get_args(Method):
         trajectories = sorted((out / "tum" / method).glob("*.txt"))
         yield from (path for path in trajectories if _head(path).startswith(_TUM))

@@ -23,7 +23,7 @@ from .find import find_anywhere
 from .given import Given
 from .methods import load_config, method_configs
 from .parquet import concatenate
-from .remote import is_url
+from .remote import RemoteRecording, is_url
 from .resume import code_version
 from .sequence import Outcome, Task, evaluate_sequence
 from .tables import Tables, make_tables, write_csv
@@ -120,9 +120,22 @@ def run(
     given = Given.of(hand, obj, topics)
     place = Path(out).resolve()  # workers may have another current folder
     _spare(place / store.CONFIG, config)
-    _prepare(place, set(found), force)
+    with folder.in_use(place, force):
+        return _run(place, found, configs, given, jobs, scheduler, progress)
+
+
+def _run(
+    out: Path,
+    found: Mapping[str, Path | RemoteRecording],
+    configs: Mapping[str, EstimatorConfig],
+    given: Given,
+    jobs: int,
+    scheduler: str | None,
+    progress: Callable[[Outcome, int], None] | None,
+) -> Tables:
+    _prepare(out, set(found))
     tasks = [
-        Task(sequence, recording.resolve(), place, configs, given, code_version())
+        Task(sequence, recording.resolve(), out, configs, given, code_version())
         for sequence, recording in found.items()
     ]
     outcomes: dict[str, Outcome] = {}
@@ -130,10 +143,10 @@ def run(
         outcomes[outcome.sequence] = outcome
         if progress is not None:
             progress(outcome, len(tasks))
-    folder.claim(place, [store.CONFIG])
-    write_text(place / store.CONFIG, _config_yaml(configs, given))
+    folder.claim(out, [store.CONFIG])
+    write_text(out / store.CONFIG, _config_yaml(configs, given))
     ordered = [outcomes[sequence] for sequence in found]
-    return _collect(place, ordered, list(configs), jobs, scheduler)
+    return _collect(out, ordered, list(configs), jobs, scheduler)
 
 
 def _spare(effective: Path, given: EstimatorConfig | PathLike) -> None:
@@ -145,9 +158,8 @@ def _spare(effective: Path, given: EstimatorConfig | PathLike) -> None:
         )
 
 
-def _prepare(out: Path, sequences: set[str], force: bool) -> None:
+def _prepare(out: Path, sequences: set[str]) -> None:
     """Remove what is left of a killed run, and results that do not belong to this call."""
-    folder.prepare(out, force)
     parts = [name for sequence in sequences for name in store.parts(sequence)]
     folder.check(out, [*store.TABLES, store.CONFIG, *parts])
     folder.remove_leftovers(out)
@@ -164,14 +176,25 @@ def _collect(
     """Put the sequences' results together, in the order of their ids."""
     folder.remove_leftovers(out)  # of a cluster's worker that died
     done = [outcome for outcome in outcomes if not outcome.problem]
-    parts = [store.metrics_path(out, outcome.sequence) for outcome in done]
+    parts = [_part(out, outcome) for outcome in done]
     folder.claim(out, [store.METRICS, store.SEQUENCES])
     concatenate(parts, out / store.METRICS, SCHEMA)
     write_csv(out / store.SEQUENCES, _sequences_table(outcomes))
     export(out, [outcome.about for outcome in done], methods, jobs, scheduler)
+    folder.seal(out, [store.METRICS, store.SEQUENCES, store.CONFIG])
     tables = make_tables(out)
     folder.settle(out)
     return tables
+
+
+def _part(out: Path, outcome: Outcome) -> Path:
+    """One sequence's part of the metrics, if it is still the one that the outcome tells of."""
+    path = store.metrics_path(out, outcome.sequence)
+    if store.done(out, outcome.sequence, outcome.about["key"]) is None:
+        raise VtgtsamError(
+            f"{path} was changed while this ran; call again when nothing else uses {out}"
+        )
+    return path
 
 
 def _sequences_table(outcomes: list[Outcome]) -> pd.DataFrame:

@@ -53,6 +53,7 @@ def make_tables(out: Path) -> Tables:
     Raises:
         VtgtsamError: The folder holds no finished run, or files of others in the place of tables.
     """
+    check_finished(out)
     sequences = _read_sequences(out)
     collected = collect(out, sequences)
     tables = Tables(
@@ -91,10 +92,19 @@ def write_csv(path: Path, table: pd.DataFrame) -> None:
     write_text(path, table.to_csv(index=False, lineterminator="\n"))
 
 
-def _read_sequences(out: Path) -> pd.DataFrame:
-    path = out / store.SEQUENCES
-    if not path.is_file() or not (out / store.METRICS).is_file():
+def check_finished(out: Path) -> None:
+    """Refuse a folder without a finished run, and one whose stored results are damaged.
+
+    Raises:
+        VtgtsamError: It is such a folder.
+    """
+    built_on = (store.SEQUENCES, store.METRICS)
+    if not all((out / name).is_file() for name in built_on):
         raise VtgtsamError(
             f"{out} holds no finished evaluation; run `vtgtsam evaluate --out {out}`"
         )
-    return pd.read_csv(path, dtype=str, keep_default_na=False)
+    folder.verify(out, [*built_on, store.CONFIG])
+
+
+def _read_sequences(out: Path) -> pd.DataFrame:
+    return pd.read_csv(out / store.SEQUENCES, dtype=str, keep_default_na=False)

@@ -110,13 +110,9 @@ def find_estimates(folder: Path, recording: Path) -> Path:
 
 
 def _rows_by_method(file: Path) -> dict[str, list[dict[str, Any]]]:
-    import pyarrow as pa
-    import pyarrow.parquet as pq
+    from ..evaluation.store import read_part
 
-    try:
-        rows = pq.read_table(file).to_pylist()
-    except (OSError, pa.ArrowInvalid) as error:
-        raise RecordingError(f"{file} cannot be read: {error}; evaluate again") from None
+    rows = read_part(file)[0].to_pylist()
     by_method: dict[str, list[dict[str, Any]]] = {}
     for row in rows:
         by_method.setdefault(row["method"], []).append(row)

@@ -63,6 +63,8 @@ def test_it_writes_what_it_promises(out):
     sequences = [f"day__{seed}" for seed in range(3)]
     assert names == {
         ".vtgtsam/files.json",
+        ".vtgtsam/lock",
+        *(f".vtgtsam/parts/{name}.json" for name in sequences),
         "metrics.parquet",
         "per_sequence.csv",
         "summary.csv",

@@ -8,9 +8,10 @@ import signal
 import subprocess
 import sys
 import time
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
+import numpy as np
 import pytest
 from held_box import write_grasp
 
@@ -84,6 +85,46 @@ def test_killed_with_two_workers_the_next_call_finishes_it(grasps, undisturbed, 
     assert not (tmp_path / "metrics.parquet").exists()
     evaluate(grasps, METHODS, "tuned", tmp_path)
     assert tree(tmp_path) == undisturbed
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform != "linux", reason="looks at processes in /proc")
+@pytest.mark.parametrize("seed", range(10))
+def test_killed_three_times_at_random_instants_nothing_runs_on_and_the_bytes_are_the_same(
+    grasps, undisturbed, tmp_path, seed
+):
+    rng = np.random.default_rng(seed)
+    command = ("vtgtsam.cli", "evaluate", grasps, "--out", tmp_path, "--jobs", 2)
+    for _ in range(3):
+        with started(*command, "--methods", ",".join(METHODS)) as parent:
+            time.sleep(rng.uniform(0.5, 10.0))
+            processes = [parent.pid, *descendants(parent.pid)]
+            doomed = rng.choice(processes)  # the call itself, a worker, or a helper
+            with suppress(ProcessLookupError):  # it has just ended
+                os.kill(doomed, rng.choice([signal.SIGKILL, signal.SIGTERM]))
+            parent.wait(timeout=120)
+            wait_until(lambda running=processes: not any(map(runs, running)), timeout=10)
+    evaluate(grasps, METHODS, "tuned", tmp_path)
+    folder.release_below(tmp_path, "figures", "report.html")
+    assert tree(tmp_path) == undisturbed
+
+
+def descendants(process: int) -> list[int]:
+    """All processes that it or its children have started and that still have them as parents."""
+    try:
+        tasks = list(Path(f"/proc/{process}/task").iterdir())
+        children = [int(c) for t in tasks for c in (t / "children").read_text().split()]
+    except (FileNotFoundError, ProcessLookupError):
+        return []
+    return [below for child in children for below in (child, *descendants(child))]
+
+
+def runs(process: int) -> bool:
+    try:
+        state = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[0]
+    except (FileNotFoundError, ProcessLookupError):
+        return False
+    return state != "Z"
 
 
 @pytest.mark.slow

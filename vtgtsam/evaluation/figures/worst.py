@@ -64,8 +64,8 @@ def worst_figure(group: Group, out: Path, sequence: str, place: int) -> Drawing:
 
 def read_metrics(out: Path, sequence: str) -> pd.DataFrame:
     """One sequence's rows of ``metrics.parquet``."""
-    table = pq.read_table(out / store.METRICS, filters=[("sequence", "==", sequence)])
-    return table.to_pandas()  # type: ignore[no-any-return]
+    filters = [("sequence", "==", sequence)]
+    return pq.read_table(out / store.METRICS, filters=filters).to_pandas()  # type: ignore[no-any-return]
 
 
 def _errors(ax: Axes, metrics: pd.DataFrame, look: dict[str, Look]) -> None:
