@@ -15,6 +15,7 @@ import typer
 
 from . import __version__
 from .commands.attach_vision import attach_vision
+from .commands.check_hand import check_hand, suggest_pads
 from .commands.check_mesh import check_mesh
 from .commands.convert import convert
 from .commands.evaluate import evaluate
@@ -31,7 +32,18 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     rich_markup_mode=None,  # plain text, and rich need not be imported
 )
-for command in (evaluate, report, inspect, view, convert, attach_vision, check_mesh, sdf):
+for command in (
+    evaluate,
+    report,
+    inspect,
+    view,
+    convert,
+    attach_vision,
+    check_hand,
+    suggest_pads,
+    check_mesh,
+    sdf,
+):
     app.command()(command)
 
 

@@ -12,6 +12,8 @@ from typing import Any
 
 import numpy as np
 
+from ..hands.model import load_hand
+from ..hands.pad_file import is_pad_file
 from ..hands.pads import PadSet
 from ..objects import ObjectModel
 from ..recording import Recording, TopicMap, load_topics, read_recording
@@ -58,6 +60,7 @@ class Given:
         if self.topics is not None:
             topics = self.topics
             parts += [topics.model_dump_json(), _of_hand(topics.hand), _of_object(topics.object)]
+            parts.append(_of_name(topics.pads))
         return hashlib.sha256(json.dumps(parts).encode()).hexdigest()
 
     def described(self) -> dict[str, Any]:
@@ -85,6 +88,8 @@ def _name(model: Any) -> str | None:
 def _of_hand(hand: PadSet | str | None) -> str | None:
     if isinstance(hand, PadSet):
         return _hash(str(hand.pad_names), getattr(hand, "xml", ""), hand.points_p, hand.offsets)
+    if hand is not None and is_pad_file(hand):  # two files
+        return _of_hand(load_hand(hand))
     return _of_name(hand)
 
 

@@ -55,7 +55,7 @@ class GraspDescription(_Strict):
 
     Attributes:
         hand: Name or path of the hand; a relative path is relative to the description's file.
-        pads: Which of the hand's boxes are pads.
+        pads: Which of the hand's boxes are pads, or a YAML file of pads, also relative to this one.
         fingers: The joints of each finger that close it, inner joint first.
         thumb: The same for the thumb, which closes after the fingers.
         start: Angles of the open hand [rad]; joints not named start at 0 and, unless they belong to a
@@ -133,8 +133,9 @@ def load_grasp(name_or_path: str | Path = "isyhand", *folders: Path) -> GraspDes
         )
     try:
         content: dict[str, Any] = yaml.safe_load(path.read_text())
-        if isinstance(content, dict) and (path.parent / str(content.get("hand"))).is_file():
-            content["hand"] = str(path.parent / content["hand"])
+        for key in ("hand", "pads") if isinstance(content, dict) else ():
+            if (path.parent / str(content.get(key))).is_file():
+                content[key] = str(path.parent / content[key])
         return GraspDescription.model_validate(content)
     except (yaml.YAMLError, pydantic.ValidationError) as error:
         raise HandError(f"{path}: {' '.join(str(error).split())}") from error

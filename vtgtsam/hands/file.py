@@ -1,40 +1,22 @@
 # SPDX-License-Identifier: MIT
-"""Reading a hand's description, MJCF or URDF, into a MuJoCo model and the boxes that are pads."""
+"""Reading a hand's description, MJCF or URDF, into a MuJoCo specification and a compiled model."""
 
 from __future__ import annotations
 
 import logging
 import re
-from dataclasses import dataclass
-from fnmatch import fnmatchcase
 from pathlib import Path
 
 import mujoco
-import numpy as np
 
 from ..exceptions import HandError
+from . import mesh_files
 
 _log = logging.getLogger(__name__)
 
-_UNNAMED = "body "  # a body without a name gets this and its number
+UNNAMED = "body "  # a body without a name gets this and its number
 PADS_TEXT = "vtgtsam_pads"  # name of the <text> in <custom> that keeps which boxes are pads
-
-
-@dataclass(frozen=True)
-class PadBox:
-    """A pad as the file has it: a box fixed to a body b.
-
-    Attributes:
-        name: The pad's name.
-        size: Length of the box along its x, y and z [m], shape (3,).
-        body: Id of the body b in the model.
-        T_bp: Pose of the pad frame, origin at the centre of the box's +z face, shape (4, 4).
-    """
-
-    name: str
-    size: np.ndarray
-    body: int
-    T_bp: np.ndarray
+_DECLARATION = "XML_ERROR_PARSING_DECLARATION"
 
 
 def read_spec(path: Path) -> mujoco.MjSpec:
@@ -45,6 +27,23 @@ def read_spec(path: Path) -> mujoco.MjSpec:
     """
     if not path.is_file():
         raise HandError(f"no hand description at {path}")
+    text = path.read_bytes().decode("utf-8", errors="replace")
+    if "<xacro:" in text:
+        raise HandError(
+            f"{path} is a xacro file, which has to be expanded first: "
+            f"xacro {path.name} > {path.name.partition('.')[0]}.urdf"
+        )
+    if "<mujoco" not in text and "<robot" not in text:
+        raise HandError(
+            f"{path} is neither MJCF (its root would be <mujoco>) nor URDF (<robot>); "
+            "export the hand in one of these"
+        )
+    if path.suffix.lower() not in (".xml", ".urdf"):
+        suffix = ".xml" if "<mujoco" in text else ".urdf"
+        raise HandError(
+            f"MuJoCo does not read files that end in {path.suffix or 'nothing'}; rename {path} to "
+            f"{path.stem}{suffix}"
+        )
     try:
         return _keep_links(mujoco.MjSpec.from_file(str(path)))
     except ValueError as error:
@@ -64,12 +63,21 @@ def parse_spec(text: str) -> mujoco.MjSpec:
 
 
 def _why_unread(what: str, error: Exception) -> str:
-    if line := re.search(
-        r"XML_ERROR_.*Line number=(\d+)", str(error)
-    ):  # of TinyXML-2, not of MuJoCo
+    message = str(error)
+    # XML_ERROR_ is said by TinyXML-2, the rest by MuJoCo.
+    if line := re.search(r"XML_ERROR_.*Line number=(\d+)", message):
+        if _DECLARATION in message:
+            return f"{what}, line {line[1]}: something stands before <?xml ... ?>, which must come first; remove it"
         return (
             f"{what}, line {line[1]}: not valid XML; look for a tag or a quote that is not closed"
         )
+    if "Schema violation" in message:
+        return (
+            f"{what} does not say what MuJoCo {mujoco.__version__} understands: {_one_line(error)}; a "
+            "file for another version of MuJoCo has to be brought up to date"
+        )
+    if "Error opening file" in message:
+        return f"{what} includes a file that is not there: {_one_line(error)}"
     return f"{what} is neither MJCF nor URDF: {_one_line(error)}"
 
 
@@ -81,28 +89,37 @@ def _keep_links(spec: mujoco.MjSpec) -> mujoco.MjSpec:
     spec.compiler.boundinertia = max(spec.compiler.boundinertia, 1e-9)
     spec.compiler.balanceinertia = True
     for index, body in enumerate(spec.bodies):
-        body.name = body.name or f"{_UNNAMED}{index}"
+        body.name = body.name or f"{UNNAMED}{index}"
     return spec
 
 
 def compile_hand(spec: mujoco.MjSpec) -> mujoco.MjModel:
-    """Compile a hand; where its meshes or textures are missing, without them.
+    """Compile a hand; meshes and textures that are missing or that MuJoCo cannot use are left out.
 
     Raises:
         HandError: The description is wrong, a joint has no name, or a joint is free or a ball.
     """
-    try:
-        model = spec.compile()
-    except ValueError as error:
-        if not _needs_files(spec):
-            raise HandError(f"MuJoCo cannot use this hand: {_one_line(error)}") from error
-        model = _compile_without_files(spec, error)
+    if missing := mesh_files.settle(spec):
+        _log.warning("hand loaded without %s", missing)
+    model = None
+    while model is None:
+        try:
+            model = spec.compile()
+        except ValueError as error:
+            left_out = mesh_files.spare(spec, error)
+            if left_out:
+                _log.warning("hand loaded without mesh %s: %s", left_out, _one_line(error))
+            if left_out is not None:
+                continue
+            if not mesh_files.needed(spec):
+                raise HandError(f"MuJoCo cannot use this hand: {_one_line(error)}") from error
+            model = _compile_without_meshes(spec, error)
     _check_joints(model)
     return model
 
 
-def _compile_without_files(spec: mujoco.MjSpec, error: Exception) -> mujoco.MjModel:
-    remove_files(spec)
+def _compile_without_meshes(spec: mujoco.MjSpec, error: Exception) -> mujoco.MjModel:
+    mesh_files.remove_all(spec)
     try:
         model = spec.compile()
     except ValueError as second:
@@ -111,31 +128,14 @@ def _compile_without_files(spec: mujoco.MjSpec, error: Exception) -> mujoco.MjMo
     return model
 
 
-def _needs_files(spec: mujoco.MjSpec) -> bool:
-    return bool(spec.meshes or spec.textures or spec.hfields or spec.skins)
-
-
-def remove_files(spec: mujoco.MjSpec) -> None:
-    """Remove what lies in other files (meshes, textures); joints and boxes stay."""
-    for geom in list(spec.geoms):
-        if geom.type in (mujoco.mjtGeom.mjGEOM_MESH, mujoco.mjtGeom.mjGEOM_HFIELD):
-            spec.delete(geom)
-    for asset in [*spec.meshes, *spec.hfields, *spec.skins]:
-        spec.delete(asset)
-    for texture in spec.textures:  # materials may refer to it, so it stays, in one colour
-        texture.file = ""
-        texture.builtin = mujoco.mjtBuiltin.mjBUILTIN_FLAT
-        texture.width = texture.height = 8
-
-
 def _check_joints(model: mujoco.MjModel) -> None:
     for index in range(model.njnt):
         joint = model.joint(index)
         body = model.body(model.jnt_bodyid[index]).name
         if model.jnt_type[index] == mujoco.mjtJoint.mjJNT_FREE:
             raise HandError(
-                f"body {body!r} has a free joint; remove it from the hand's file, "
-                "since T_wh says where the hand is"
+                f"body {body!r} has a free joint; remove it from the hand's file (in URDF: make the "
+                "floating joint fixed), since T_wh says where the hand is"
             )
         if model.jnt_type[index] == mujoco.mjtJoint.mjJNT_BALL:
             raise HandError(f"joint {joint.name!r} is a ball joint; use hinges instead")
@@ -147,73 +147,28 @@ def self_contained(path: Path, spec: mujoco.MjSpec, pads: str) -> str:
     """The hand as MJCF text that needs no other file, for an attachment.
 
     The file's own text where that is enough, else what MuJoCo writes, without meshes.
+
+    Args:
+        path: The hand's file.
+        spec: What was read from it.
+        pads: Which boxes are pads: what ``pad_boxes.found`` takes.
     """
-    text = path.read_text()
-    own = "<mujoco" in text and "<include" not in text and not _needs_files(spec)
-    if own and pads == "pad_*":
+    text = path.read_bytes().decode("utf-8", errors="replace")
+    own = "<mujoco" in text and "<include" not in text and "\ufffd" not in text
+    if own and pads == "pad_*" and not mesh_files.needed(spec):
         return text
     spec = spec.copy()
-    remove_files(spec)
-    if not any(entry.name == PADS_TEXT for entry in spec.texts):
-        spec.add_text(name=PADS_TEXT, data=pads)
+    mesh_files.remove_all(spec)
+    for entry in [entry for entry in spec.texts if entry.name == PADS_TEXT]:
+        spec.delete(entry)
+    spec.add_text(name=PADS_TEXT, data=pads)
     spec.compile()
     return str(spec.to_xml())
 
 
-def pads_pattern(spec: mujoco.MjSpec) -> str | None:
+def pads_said(spec: mujoco.MjSpec) -> str | None:
     """Which boxes are pads, where the description itself says so."""
     return next((entry.data for entry in spec.texts if entry.name == PADS_TEXT), None)
-
-
-def find_pads(model: mujoco.MjModel, pattern: str) -> list[PadBox]:
-    """The pads of a hand: box sites whose name matches, or else box geoms.
-
-    A box geom without a name (usual in URDF) goes by the name of its body.
-
-    Raises:
-        HandError: Nothing matches, or what matches is not a box.
-    """
-    sites = [_Shape(model.site(i), model.site_bodyid[i], model) for i in range(model.nsite)]
-    geoms = [_Shape(model.geom(i), model.geom_bodyid[i], model) for i in range(model.ngeom)]
-    matching = [site for site in sites if fnmatchcase(site.own_name, pattern)]
-    round_ones = [site.own_name for site in matching if not site.is_box]
-    if round_ones:
-        raise HandError(f'pad sites must be boxes (type="box"), not so: {", ".join(round_ones)}')
-    if not matching:
-        matching = [geom for geom in geoms if geom.is_box and fnmatchcase(geom.name, pattern)]
-    if not matching:
-        raise HandError(_no_pads([*sites, *geoms], pattern))
-    return [shape.pad() for shape in matching]
-
-
-def _no_pads(shapes: list[_Shape], pattern: str) -> str:
-    boxes = {shape.name for shape in shapes if shape.is_box and shape.name}
-    named = sorted(name for name in boxes if not name.startswith(_UNNAMED))
-    return (
-        f"no box site or box geom is named {pattern!r}; boxes in the file: "
-        f"{', '.join(named) or 'none with a name'}. Name the pads' box sites pad_*, or say in a topic map "
-        'which boxes are pads, like pads: "taxel_*"; docs/pads.md shows how'
-    )
-
-
-class _Shape:
-    """A site or geom of the compiled model."""
-
-    def __init__(self, view: object, body: int, model: mujoco.MjModel) -> None:
-        self.own_name: str = view.name  # type: ignore[attr-defined]
-        self.name = self.own_name or str(model.body(body).name)
-        self.is_box = view.type[0] == mujoco.mjtGeom.mjGEOM_BOX  # type: ignore[attr-defined]
-        self._body = int(body)
-        self._view = view
-
-    def pad(self) -> PadBox:
-        half = np.array(self._view.size)  # type: ignore[attr-defined]
-        rotation = np.empty(9)
-        mujoco.mju_quat2Mat(rotation, self._view.quat)  # type: ignore[attr-defined]
-        T_bp = np.eye(4)
-        T_bp[:3, :3] = rotation.reshape(3, 3)
-        T_bp[:3, 3] = self._view.pos + half[2] * T_bp[:3, 2]  # type: ignore[attr-defined]
-        return PadBox(self.name, 2 * half, self._body, T_bp)
 
 
 def _one_line(error: Exception) -> str:

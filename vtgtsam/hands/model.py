@@ -9,8 +9,8 @@ The hand frame h is the frame in which the MJCF file's worldbody is written, or 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+import logging
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,6 +19,9 @@ import numpy as np
 
 from ..exceptions import HandError, NotFiniteError
 from . import file as hand_file
+from . import pad_boxes, placement
+from .couplings import closed_chains, completed, couplings
+from .pad_file import entries_text, is_pad_file, read_pad_file
 from .pads import Pad, PadSet
 
 if TYPE_CHECKING:
@@ -26,10 +29,13 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
 _BUILT_IN = Path(__file__).parent
+_log = logging.getLogger(__name__)
 
 
 def load_hand(name_or_path: str | Path) -> HandModel:
     """A built-in hand by its name ("isyhand"), or a hand from an MJCF or URDF file.
+
+    A pads file (YAML) that names its hand's file will do as well.
 
     Raises:
         HandError: The name is unknown, or the file is not a hand with pads.
@@ -42,6 +48,14 @@ def load_hand(name_or_path: str | Path) -> HandModel:
             f"unknown hand {str(name_or_path)!r}: expected one of {', '.join(known)}, "
             "or the path of an MJCF or URDF file"
         )
+    if is_pad_file(name_or_path):
+        hand = read_pad_file(name_or_path).hand
+        if hand is None:
+            raise HandError(
+                f"{name_or_path} lists pads but does not say of which hand; add a line 'hand: ' with "
+                "the path of its MJCF or URDF file"
+            )
+        return HandModel.from_mjcf(hand, pads=str(name_or_path))
     return HandModel.from_mjcf(name_or_path)
 
 
@@ -56,6 +70,7 @@ class HandModel(PadSet):
         joint_names: Names of the joints, in the model's order.
         coupled_joints: Those that the file makes follow another joint (mimic).
         pad_bodies: Id in the model of the body that each pad is fixed to, shape (K,).
+        pad_boxes: Each pad's box on its body.
         source: Path of the file, or None where the hand came from text.
         xml: The hand as MJCF text that needs no other file.
     """
@@ -66,42 +81,53 @@ class HandModel(PadSet):
         Args:
             name: The hand's name.
             model: The compiled hand.
-            pads: Which boxes are pads, with the wildcards of file names.
+            pads: Which boxes are pads, as ``pad_boxes.found`` takes it.
             xml: The hand as MJCF text that needs no other file.
         """
-        boxes = hand_file.find_pads(model, pads)
-        super().__init__(Pad(box.name, box.size[:2]) for box in boxes)
+        self.pad_boxes = tuple(pad_boxes.found(model, pads))
+        super().__init__(Pad(box.name, box.size[:2]) for box in self.pad_boxes)
         self.name = name
         self.model = model
         self.source: Path | None = None
         self.xml = xml
         self.joint_names = tuple(model.joint(i).name for i in range(model.njnt))
-        self.pad_bodies = np.array([box.body for box in boxes])
-        self._T_bp = np.array([box.T_bp for box in boxes])
-        self._couplings = _couplings(model)
+        self.pad_bodies = np.array([box.body for box in self.pad_boxes])
+        self._T_bp = np.array([box.T_bp for box in self.pad_boxes])
+        self._couplings = couplings(model)
         self.coupled_joints = tuple(self._couplings)
         self._data = mujoco.MjData(model)
 
     @classmethod
-    def from_mjcf(cls, path: str | Path, pads: str = "pad_*") -> HandModel:
+    def from_mjcf(cls, path: str | Path, pads: str | Path = "pad_*") -> HandModel:
         """Read a hand from an MJCF or URDF file.
 
         Args:
             path: The file. Meshes that it names and that are missing are left out with a warning.
             pads: Which of its box sites are pads, with the wildcards of file names; where no site
-                has such a name, which of its box geoms. +z points out of a pad.
+                has such a name, which of its box geoms. +z points out of a pad. Or the path of a
+                YAML file that lists the pads (``vtgtsam.hands.pad_file``).
 
         Raises:
             HandError: The file cannot be read, has no pads, or has a free joint.
         """
         path = Path(path)
         spec = hand_file.read_spec(path)
-        if pads == "pad_*":
-            pads = hand_file.pads_pattern(spec) or pads
+        if is_pad_file(pads):
+            pads = entries_text(read_pad_file(pads).pads)
+        elif pads == "pad_*":
+            pads = hand_file.pads_said(spec) or pads
         model = hand_file.compile_hand(spec)
-        hand = cls(spec.modelname or path.stem, model, pads, "")
-        hand.xml = hand_file.self_contained(path, spec, pads)
+        try:
+            hand = cls(spec.modelname or path.stem, model, str(pads), "")
+        except ValueError as error:  # of a pad's size or name
+            raise HandError(f"{path}: {error}") from error
+        hand.xml = hand_file.self_contained(path, spec, str(pads))
         hand.source = path
+        warnings = placement.warnings_of(hand)
+        if order := numbered_out_of_order(hand.joint_names):
+            warnings.append(order)
+        for warning in warnings:
+            _log.warning("%s: %s", path, warning)
         return hand
 
     @classmethod
@@ -113,7 +139,10 @@ class HandModel(PadSet):
         """
         spec = hand_file.parse_spec(xml)
         model = hand_file.compile_hand(spec)
-        return cls(spec.modelname, model, hand_file.pads_pattern(spec) or "pad_*", xml)
+        try:
+            return cls(spec.modelname, model, hand_file.pads_said(spec) or "pad_*", xml)
+        except ValueError as error:
+            raise HandError(f"the hand's text: {error}") from error
 
     def pad_transforms(
         self,
@@ -187,14 +216,21 @@ class HandModel(PadSet):
         try:
             return np.array([joints[name] for name in self.joint_names], dtype=np.float64)
         except KeyError:
-            completed = dict(joints)
-        for name, coupling in self._couplings.items():
-            if name not in completed and coupling.driver in completed:
-                completed[name] = coupling.angle(completed[coupling.driver])
-        missing = [name for name in self.joint_names if name not in completed]
-        if missing:
-            raise ValueError(f"joint angles are missing for: {', '.join(missing)}")
-        return np.array([completed[name] for name in self.joint_names], dtype=np.float64)
+            named = {str(name): angle for name, angle in joints.items()}  # YAML makes 0 of "0"
+        known = completed(named, self._couplings)
+        if missing := [name for name in self.joint_names if name not in known]:
+            raise ValueError(f"joint angles are missing for: {', '.join(missing)}{self._hint()}")
+        return np.array([known[name] for name in self.joint_names], dtype=np.float64)
+
+    def _hint(self) -> str:
+        """Why joints of a closed chain do not follow from the others."""
+        if pairs := closed_chains(self.model):
+            a, b = pairs[0]
+            return (
+                f"; the hand has a closed chain (its file ties {a} to {b}), which is not solved: give "
+                "the angles of all its joints, or leave the chain's passive links out of the file"
+            )
+        return ""
 
     def __getstate__(self) -> dict[str, Any]:
         return {key: value for key, value in self.__dict__.items() if key != "_data"}
@@ -204,32 +240,17 @@ class HandModel(PadSet):
         self._data = mujoco.MjData(self.model)
 
 
-@dataclass(frozen=True)
-class _Coupling:
-    """A joint that follows another: q = zero + polynomial(q_driver - driver_zero)."""
-
-    driver: str
-    zero: float
-    driver_zero: float
-    polynomial: np.ndarray
-
-    def angle(self, driver_angle: float) -> float:
-        powers = (driver_angle - self.driver_zero) ** np.arange(len(self.polynomial))
-        return float(self.zero + self.polynomial @ powers)
-
-
-def _couplings(model: mujoco.MjModel) -> dict[str, _Coupling]:
-    couplings = {}
-    for i in np.flatnonzero(model.eq_type == mujoco.mjtEq.mjEQ_JOINT):
-        joint, driver = model.eq_obj1id[i], model.eq_obj2id[i]
-        if driver >= 0 and model.eq_active0[i]:
-            couplings[model.joint(joint).name] = _Coupling(
-                model.joint(driver).name,
-                model.qpos0[joint],
-                model.qpos0[driver],
-                model.eq_data[i, :5].copy(),
-            )
-    return couplings
+def numbered_out_of_order(joint_names: Sequence[str]) -> str | None:
+    """A sentence where joints are named by numbers and stand in another order."""
+    if not all(name.isdigit() for name in joint_names):
+        return None
+    numbers = [int(name) for name in joint_names]
+    if numbers == sorted(numbers):
+        return None
+    return (
+        f"the joints are named by numbers, in the order {', '.join(joint_names)}; an array of angles goes "
+        "in this order, not in the motors': give a mapping from name to angle"
+    )
 
 
 def _matrix(T: gtsam.Pose3 | np.ndarray) -> np.ndarray:

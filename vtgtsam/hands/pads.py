@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
 RIM = 0.002  # [m], radius of the rounded edge, where no contact point is sought (paper, section III-C)
+LARGEST_SIDE = 0.5  # [m], no pad of a hand is larger
 SPACING = 0.001  # [m], between grid points (paper, section III-C)
 
 
@@ -48,6 +49,11 @@ class Pad:
         self.size = np.array(size, dtype=np.float64)
         if self.size.shape != (2,) or not np.isfinite(self.size).all():
             raise ValueError(f"pad {name!r}: size must be (length, width) [m], got {size!r}")
+        if self.size.max() > LARGEST_SIDE:
+            raise ValueError(
+                f"pad {name!r} is {self.size[0]:.4g} x {self.size[1]:.4g} m, more than {LARGEST_SIDE:g} m: "
+                "it is probably in millimetres; a hand's file has to be in metres"
+            )
         if points_p is None:
             if self.size.min() < 2 * RIM:
                 raise ValueError(

@@ -132,6 +132,7 @@ def _hand(
     attachments: dict[str, bytes],
 ) -> HandModel:
     from ..hands.model import HandModel, load_hand
+    from ..hands.pad_file import is_pad_file
 
     if hand is None:
         hand = topic_map.hand
@@ -144,7 +145,7 @@ def _hand(
             f"{hand!r} has no joints, and a recording has no pad poses; give a HandModel, or the "
             "name or file of one"
         )
-    if Path(hand).is_file():
+    if Path(hand).is_file() and not is_pad_file(hand):
         return HandModel.from_mjcf(hand, pads=topic_map.pads)
     return load_hand(hand)
 

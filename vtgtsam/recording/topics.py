@@ -5,7 +5,8 @@ The YAML file looks like this; every entry but ``joints`` and ``contacts`` is op
 that is not mentioned is looked for under this package's own name::
 
     hand: my_hand.xml            # name or MJCF/URDF path, relative to this file
-    pads: "skin_*"               # which of its box sites are pads; "pad_*" where not given
+    pads: "skin_*"               # which of its box sites are pads; "pad_*" where not given; or a YAML
+                                 # file of pads, relative to this file
     object: my_mug.obj           # name or mesh path; or {mesh:, scale:, origin:}
     topics:
       joints: /robot/joint_states
@@ -58,6 +59,13 @@ Drop = Annotated[
 ]
 
 
+def _text(value: Any) -> Any:
+    return str(value) if isinstance(value, int) and not isinstance(value, bool) else value
+
+
+Name = Annotated[str, BeforeValidator(_text)]  # YAML makes a number of 0
+
+
 class PadCalibration(_Model):
     """How raw values of resistive pads become pressures, as the paper calibrates them.
 
@@ -87,7 +95,7 @@ class ContactsTopic(_Model):
     """
 
     topic: str = names.CONTACTS
-    names: tuple[str, ...] | None = None
+    names: tuple[Name, ...] | None = None
     threshold: FiniteFloat | None = None
     calibration: PadCalibration | None = None
 
@@ -224,4 +232,4 @@ def _with_paths_from(topic_map: TopicMap, folder: Path) -> TopicMap:
         obj = found(obj)
     elif obj is not None:
         obj = obj.model_copy(update={"mesh": found(obj.mesh)})
-    return topic_map.model_copy(update={"hand": hand, "object": obj})
+    return topic_map.model_copy(update={"hand": hand, "pads": found(topic_map.pads), "object": obj})

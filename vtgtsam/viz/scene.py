@@ -23,9 +23,9 @@ import numpy as np
 import rerun as rr
 from scipy.spatial.transform import Rotation
 
+from ..hands.shapes import link_meshes
 from ..recording.images import encode_color, encode_depth
 from . import colors, names
-from .shapes import link_meshes
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike

@@ -22,6 +22,8 @@ def folder(tmp_path, monkeypatch):
     mjcf, urdf = snippets("xml")
     (tmp_path / "pinch.xml").write_text(mjcf)
     (tmp_path / "pinch.urdf").write_text(urdf)
+    (tmp_path / "pinch_plain.xml").write_text(re.sub("<site.*?/>", "", mjcf))
+    (tmp_path / "pinch_pads.yaml").write_text(snippets("yaml")[0])
     (tmp_path / "allegro.urdf").write_text(urdf.replace('"pad_', '"skin_'))
     monkeypatch.chdir(tmp_path)
     return tmp_path
@@ -44,6 +46,18 @@ def test_both_files_describe_the_same_pads(folder):
             mjcf.pad_transforms([angle]), urdf.pad_transforms([angle]), atol=1e-9
         )
     np.testing.assert_allclose(mjcf.pad_transforms([0.7])[1, :3, 2], (-np.sin(0.7), 0, np.cos(0.7)))
+
+
+def test_the_pads_of_the_pages_yaml_lie_where_its_own_mjcf_has_them(folder):
+    own, beside = load_hand("pinch.xml"), load_hand("pinch_pads.yaml")
+    T_own, T_beside = own.pad_transforms([0.7]), beside.pad_transforms([0.7])
+    np.testing.assert_allclose(T_beside[0], T_own[0], atol=1e-12)
+    np.testing.assert_allclose(T_beside[1, :3, :3], T_own[1, :3, :3], atol=1e-12)
+    lower = T_own[1, :3, 3] - 0.002 * T_own[1, :3, 2]  # the link's own box, 2 mm below the pad's
+    np.testing.assert_allclose(T_beside[1, :3, 3], lower, atol=1e-12)
+    np.testing.assert_allclose(
+        [p.size for p in beside.pads], [p.size for p in own.pads], atol=1e-12
+    )
 
 
 def test_the_messages_of_the_page_are_the_programs_own(folder):

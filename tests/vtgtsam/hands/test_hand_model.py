@@ -221,9 +221,21 @@ def test_box_geoms_are_pads_where_no_site_is(tmp_path):
         ('"0 0 0.1">', '"0 0 0.1"><freejoint/>', "'palm' has a free joint; remove it"),
         ('type="box" pos="0 0 0.011"', 'type="ellipsoid" pos="0 0 0.011"', "not so: pad_palm"),
         ("pad_", "skin_", "no box site or box geom is named 'pad_.*marker.*skin_palm"),
-        ("pad_", "skin_", "Name the pads' box sites pad_., or say in a topic map which boxes"),
+        ("pad_", "skin_", "Name the pads' box sites pad_., or say which boxes.* topic map.* YAML"),
         ("<body", "<bodi", "hand.xml, line [0-9]+: not valid XML; look for"),
-        ('type="box"', 'tipe="box"', "neither MJCF nor URDF"),
+        ('type="box"', 'tipe="box"', "MuJoCo 3.* understands: .*attribute: 'tipe'"),
+        ("<mujoco", "<mjcf", "is neither MJCF .its root would be <mujoco>. nor URDF"),
+        (
+            "<mujoco",
+            '<!-- made --><?xml version="1.0"?><mujoco',
+            "line [0-9]: something stands before <.xml",
+        ),
+        (
+            "<worldbody>",
+            '<include file="more.xml"/><worldbody>',
+            "includes a file that is not there",
+        ),
+        ("<body", "<xacro:finger/><body", "is a xacro file.*: xacro hand.xml > hand.urdf"),
         ('axis="0 -1 0"', 'axis="0 0 0"', "cannot use this hand"),
     ],
 )
@@ -246,3 +258,68 @@ def test_load_hand_takes_a_path_as_text(tmp_path):
     path = tmp_path / "pincer.xml"
     path.write_text(MJCF)
     assert load_hand(str(path)).name == "pincer"
+
+
+def test_files_with_another_ending_are_to_be_renamed(tmp_path):
+    for name, wanted in (("hand.mjcf", "hand.xml"), ("hand", "hand.xml")):
+        (tmp_path / name).write_text(MJCF)
+        with pytest.raises(HandError, match=f"rename .*{name} to {wanted}"):
+            load_hand(tmp_path / name)
+    (tmp_path / "hand.txt").write_text(URDF)
+    with pytest.raises(HandError, match="rename .*hand.txt to hand.urdf"):
+        load_hand(tmp_path / "hand.txt")
+
+
+def test_a_comment_in_latin_1_does_no_harm(tmp_path):
+    path = tmp_path / "pincer.xml"
+    path.write_bytes(MJCF.replace("<mujoco", "<!-- Gr\xfc\xdfe --><mujoco").encode("latin-1"))
+    hand = load_hand(path)
+    assert HandModel.from_text(hand.xml).pad_names == hand.pad_names
+
+
+def test_a_pad_that_is_a_cylinder_is_named(tmp_path):
+    path = tmp_path / "gripper.urdf"
+    cylinder = '<cylinder radius="0.01" length="0.004"/>'
+    path.write_text(URDF.replace('<box size="0.05 0.04 0.004"/>', cylinder))
+    with pytest.raises(HandError, match="pads must be boxes, these geoms .* are not: pad_base"):
+        load_hand(path)
+
+
+def test_several_unnamed_boxes_of_one_link_are_explained(tmp_path):
+    path = tmp_path / "hand.xml"
+    boxes = '<geom type="box" size="0.01 0.01 0.01"/>' * 3
+    path.write_text(f'<mujoco><worldbody><body name="pad_link">{boxes}</body></worldbody></mujoco>')
+    with pytest.raises(HandError, match="'pad_link' has 3 boxes without a name.*YAML file of pads"):
+        load_hand(path)
+
+
+def test_a_hand_in_millimetres_is_refused_by_its_pads(tmp_path):
+    path = tmp_path / "hand.xml"
+    path.write_text(MJCF.replace("0.03 0.02 0.001", "30 20 1"))
+    with pytest.raises(
+        HandError, match="60 x 40 m, more than 0.5 m: it is probably in millimetres"
+    ):
+        load_hand(path)
+
+
+def test_a_long_list_of_boxes_is_cut(tmp_path):
+    path = tmp_path / "hand.xml"
+    boxes = "".join(f'<geom name="b{i}" type="box" size="0.01 0.01 0.01"/>' for i in range(40))
+    path.write_text(f"<mujoco><worldbody>{boxes}</worldbody></mujoco>")
+    with pytest.raises(HandError, match="and 28 more") as caught:
+        load_hand(path)
+    assert len(str(caught.value)) < 500
+
+
+def test_numbered_joints_out_of_order_are_said(tmp_path, caplog):
+    path = tmp_path / "hand.xml"
+    text = MJCF
+    for name, number in (("swing", "1"), ("bend", "0"), ("slide", "2")):
+        text = text.replace(f'name="{name}"', f'name="{number}"')
+    path.write_text(text)
+    load_hand(path)
+    assert "in the order 1, 0, 2; an array of angles goes in this order" in caplog.text
+    caplog.clear()
+    path.write_text(MJCF)
+    load_hand(path)
+    assert caplog.text == ""

@@ -10,10 +10,12 @@ from typing import TYPE_CHECKING
 import mujoco
 import numpy as np
 
+from .pad_boxes import rotation_of
+
 if TYPE_CHECKING:
     import trimesh
 
-_SHOWN_GROUPS = 3  # MuJoCo's own viewer shows groups 0 to 2; by habit 3 holds what only collides
+SHOWN_GROUPS = 3  # MuJoCo's own viewer shows groups 0 to 2; by habit 3 holds what only collides
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,13 +38,18 @@ def link_meshes(model: mujoco.MjModel) -> dict[int, LinkMesh]:
 
     Geoms of groups 0 to 2 are taken; where there are none (a hand that lacks its mesh files), all.
     """
-    shown = [i for i in range(model.ngeom) if model.geom_group[i] < _SHOWN_GROUPS]
     links: dict[int, list[LinkMesh]] = {}
-    for i in shown or range(model.ngeom):
+    for i in shown_geoms(model):
         shape = _geom_mesh(model, i)
         if shape is not None:
             links.setdefault(int(model.geom_bodyid[i]), []).append(shape)
     return {body: _joined(parts) for body, parts in links.items()}
+
+
+def shown_geoms(model: mujoco.MjModel) -> list[int]:
+    """Ids of the geoms that are what a hand looks like: groups 0 to 2, or all where there are none."""
+    shown = [i for i in range(model.ngeom) if model.geom_group[i] < SHOWN_GROUPS]
+    return shown or list(range(model.ngeom))
 
 
 def _joined(parts: list[LinkMesh]) -> LinkMesh:
@@ -55,20 +62,18 @@ def _joined(parts: list[LinkMesh]) -> LinkMesh:
 
 
 def _geom_mesh(model: mujoco.MjModel, geom: int) -> LinkMesh | None:
-    found = _triangles(model, geom)
+    found = geom_triangles(model, geom)
     if found is None:
         return None
     vertices, faces = found
-    rotation = np.empty(9)
-    mujoco.mju_quat2Mat(rotation, model.geom_quat[geom])
-    vertices_b = vertices @ rotation.reshape(3, 3).T + model.geom_pos[geom]
+    vertices_b = vertices @ rotation_of(model.geom_quat[geom]).T + model.geom_pos[geom]
     material = model.geom_matid[geom]
     rgba = model.geom_rgba[geom] if material < 0 else model.mat_rgba[material]
     color = np.rint(255 * np.clip(rgba, 0, 1)).astype(np.uint8)
     return LinkMesh(vertices_b, faces, np.tile(color, (len(vertices), 1)))
 
 
-def _triangles(model: mujoco.MjModel, geom: int) -> tuple[np.ndarray, np.ndarray] | None:
+def geom_triangles(model: mujoco.MjModel, geom: int) -> tuple[np.ndarray, np.ndarray] | None:
     """Vertices and faces in the geom's frame; None for planes and other things without a volume."""
     kind = mujoco.mjtGeom(model.geom_type[geom])
     if kind == mujoco.mjtGeom.mjGEOM_MESH:

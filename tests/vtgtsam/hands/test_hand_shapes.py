@@ -7,7 +7,7 @@ import trimesh
 pytest.importorskip("rerun", reason="the viewer (extra viz) is not installed")
 
 from vtgtsam import load_hand  # noqa: E402
-from vtgtsam.viz.shapes import link_meshes  # noqa: E402
+from vtgtsam.hands.shapes import link_meshes  # noqa: E402
 
 TETRA = "0 0 0  0.1 0 0  0 0.1 0  0 0 0.1"
 GEOMS = {
