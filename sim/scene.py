@@ -8,15 +8,17 @@ its own, the palm up (+z) and the fingers along +x until the wrist turns.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import mujoco
 import numpy as np
 
 from vtgtsam import HandModel, ObjectModel
 from vtgtsam.grasp import GraspDescription
-from vtgtsam.hands.file import PadBox, compile_hand, find_pads, parse_spec, read_spec
+from vtgtsam.hands.file import PADS_TEXT, compile_hand, parse_spec, read_spec
+from vtgtsam.hands.pad_boxes import PadBox
 from vtgtsam.hands.pads import RIM
+from vtgtsam.hands.shapes import SHOWN_GROUPS
 
 from . import constants as c
 from .appearance import color_of
@@ -94,22 +96,43 @@ def _add_hand(scene: mujoco.MjSpec, description: GraspDescription, hand: HandMod
             contype=0,
             conaffinity=0,
         )
-    spec = hand_with_pads(hand, description.pads)
+    spec = hand_with_pads(hand)
+    take_options(spec, scene)
     scene.attach(spec, prefix=HAND, frame=wrist.add_frame())
     _add_motors(scene, description, hand)
 
 
-def hand_with_pads(hand: HandModel, pads: str) -> mujoco.MjSpec:
+def hand_with_pads(hand: HandModel) -> mujoco.MjSpec:
     """The hand's specification with contact geometry for its pads, without motors of its own."""
     spec = read_spec(hand.source) if hand.source else parse_spec(hand.xml)
     compile_hand(spec)  # leaves out meshes that are missing
     for part in [*spec.actuators, *spec.keys, *spec.sensors, *spec.cameras, *spec.lights]:
         spec.delete(part)
-    for box in find_pads(hand.model, pads):
-        body = spec.body(hand.model.body(box.body).name)
-        _hide(body, box.name)
-        _add_pad(spec, body, box)
+    for text in [text for text in spec.texts if text.name == PADS_TEXT]:
+        spec.delete(text)
+    for box in hand.pad_boxes:
+        if box.element is not None:
+            _hide(spec.body(hand.model.body(box.body).name), box.element)
+    _show_something(spec)
+    neutral = mujoco.MjSpec().default  # what the hand's file has as defaults is not for these
+    for box in hand.pad_boxes:
+        _add_pad(spec, spec.body(hand.model.body(box.body).name), box, neutral)
     return spec
+
+
+def take_options(spec: mujoco.MjSpec, scene: mujoco.MjSpec) -> None:
+    """Give a hand the scene's options, which count anyway: MuJoCo warns where they differ."""
+    for name in dir(scene.option):
+        if not name.startswith("_"):
+            setattr(spec.option, name, getattr(scene.option, name))
+
+
+def _show_something(spec: mujoco.MjSpec) -> None:
+    """Where a hand came without its meshes, let cameras see what it collides with."""
+    left = [geom for geom in spec.geoms if geom.group != HIDDEN]
+    if all(geom.group >= SHOWN_GROUPS for geom in left):
+        for geom in left:
+            geom.group = VISIBLE
 
 
 def _hide(body: mujoco.MjsBody, name: str) -> None:
@@ -123,10 +146,13 @@ def _hide(body: mujoco.MjsBody, name: str) -> None:
             geom.contype = geom.conaffinity = 0
 
 
-def _add_pad(spec: mujoco.MjSpec, body: mujoco.MjsBody, box: PadBox) -> None:
+def _add_pad(
+    spec: mujoco.MjSpec, body: mujoco.MjsBody, box: PadBox, default: mujoco.MjsDefault
+) -> None:
     name = f"{box.name} contact"
-    _add_hull(spec, name, rounded_box(box.size))
+    _add_hull(spec, name, rounded_box(box.size), default=default)
     body.add_geom(
+        default=default,
         name=name,
         type=mujoco.mjtGeom.mjGEOM_MESH,
         meshname=name,
@@ -244,9 +270,9 @@ def _paint(scene: mujoco.MjSpec, geom: mujoco.MjsGeom, image: np.ndarray) -> Non
     geom.material, geom.rgba = OBJECT, (1, 1, 1, 1)
 
 
-def _add_hull(spec: mujoco.MjSpec, name: str, vertices: np.ndarray) -> None:
+def _add_hull(spec: mujoco.MjSpec, name: str, vertices: np.ndarray, **options: Any) -> None:
     """Add the convex hull of points, shape (N, 3) [m], as a mesh."""
-    spec.add_mesh(name=name, uservert=np.asarray(vertices, dtype=np.float64).ravel())
+    spec.add_mesh(name=name, uservert=np.asarray(vertices, dtype=np.float64).ravel(), **options)
 
 
 def _set_inertia(body: mujoco.MjsBody, obj: ObjectModel) -> None:

@@ -15,11 +15,10 @@ import numpy as np
 
 from vtgtsam import HandModel, Recording
 from vtgtsam.exceptions import VtgtsamError
-from vtgtsam.hands.file import PADS_TEXT, pads_pattern, parse_spec
 
 from ..appearance import Color, color_of
 from ..hands import load_description
-from ..scene import HAND, hand_with_pads, pad_geom
+from ..scene import HAND, hand_with_pads, pad_geom, take_options
 from .instants import Instant
 
 if TYPE_CHECKING:
@@ -158,11 +157,9 @@ def _light(spec: mujoco.MjSpec) -> None:
 
 def _add_hand(spec: mujoco.MjSpec, recording: Recording) -> None:
     hand: HandModel = recording.hand
-    pads = pads_pattern(parse_spec(hand.xml)) or "pad_*"
     body = spec.worldbody.add_body(name=HAND)
-    copy = hand_with_pads(hand, pads)
-    for text in [text for text in copy.texts if text.name == PADS_TEXT]:
-        copy.delete(text)
+    copy = hand_with_pads(hand)
+    take_options(copy, spec)
     spec.attach(copy, prefix=HAND, frame=body.add_frame())
     try:  # hands that the simulator knows have something that carries them
         forearm = load_description(recording.info.get("hand", "")).forearm

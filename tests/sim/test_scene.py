@@ -7,9 +7,9 @@ import trimesh
 from sim import constants as c
 from sim.hands import load_description
 from sim.placement import above_palm
-from sim.scene import CAMERA, HAND, OBJECT, WRIST, pad_geom, rounded_box
+from sim.scene import CAMERA, HAND, OBJECT, WRIST, build, pad_geom, rounded_box
 from sim.world import World
-from vtgtsam import ObjectModel, build_sdf
+from vtgtsam import ObjectModel, build_sdf, load_hand, load_object
 
 
 @pytest.fixture(scope="module")
@@ -106,3 +106,44 @@ def test_an_object_of_known_mass_keeps_it():
     obj = ObjectModel("ball", build_sdf(mesh, 16), mesh, mass=0.123)
     heavy = World(description, description.load_hand(), obj)
     assert heavy.model.body(OBJECT).mass[0] == pytest.approx(0.123)
+
+
+def test_a_pad_keeps_its_size_whatever_the_hands_file_has_as_defaults(tmp_path):
+    text = load_hand("isyhand").xml
+    mesh = '<mesh scale="0.001 0.001 0.001"/>'
+    geom = '<geom margin="0.01" gap="0.005" priority="3" solref="0.5 1" condim="1"/>'
+    path = tmp_path / "hand.xml"
+    path.write_text(text.replace('<geom rgba="0.25 0.27 0.30 1"/>', mesh + geom, 1))
+    assert geom in path.read_text()
+    description = load_description("isyhand")
+    plain = build(description, load_hand("isyhand"), load_object("can"))
+    other = build(description, load_hand(path), load_object("can"))
+    for name in load_hand("isyhand").pad_names:
+        a, b = plain.geom(pad_geom(name)), other.geom(pad_geom(name))
+        for what in ("margin", "gap", "priority", "solref", "condim", "size"):
+            np.testing.assert_array_equal(getattr(a, what), getattr(b, what), err_msg=what)
+        np.testing.assert_array_equal(plain.geom_aabb[a.id], other.geom_aabb[b.id])
+
+
+def test_a_hand_of_collision_shapes_alone_is_seen(tmp_path):
+    path = tmp_path / "hand.xml"
+    text = load_hand("isyhand").xml
+    path.write_text(text.replace("<geom ", '<geom group="3" '))
+    hand = load_hand(path)
+    model = build(load_description("isyhand"), hand, load_object("can"))
+    links = [g for g in range(model.ngeom) if model.geom(g).name.startswith("hand/")]
+    of_links = [
+        g for g in range(model.ngeom) if model.body(model.geom_bodyid[g]).name.startswith("hand/")
+    ]
+    assert len(of_links) > len(links) >= 16
+    assert all(model.geom_group[g] < 3 for g in of_links)
+
+
+def test_a_hands_own_options_give_no_warning(tmp_path, recwarn, capfd):
+    path = tmp_path / "hand.xml"
+    text = load_hand("isyhand").xml
+    option = '<option cone="pyramidal" impratio="10" timestep="0.004"/>'
+    path.write_text(text.replace("<worldbody>", f"{option}<worldbody>", 1))
+    model = build(load_description("isyhand"), load_hand(path), load_object("can"))
+    assert not recwarn.list and "conflict" not in capfd.readouterr().out
+    assert model.opt.impratio == 1
