@@ -3,7 +3,10 @@
 
 from __future__ import annotations
 
+import contextlib
+import logging
 import os
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated
 
@@ -28,8 +31,6 @@ def check_hand(
 
     The exit code is 1 where there is a problem; notes are none.
     """
-    import logging
-
     from ..exceptions import HandError
     from ..hands.check import check_hand as check
     from ..hands.model import HandModel, load_hand
@@ -39,14 +40,26 @@ def check_hand(
         raise HandError(f"{out}: pictures are written as .png, .jpg or .webp")
     if pads is not None and not Path(hand).is_file():
         raise HandError(f"--pads needs the hand's file; there is no file {hand!r}")
-    logging.getLogger("vtgtsam.hands.model").setLevel(logging.ERROR)  # the report says it too
-    model = load_hand(hand) if pads is None else HandModel.from_mjcf(hand, pads=pads)
+    with _unlogged():
+        model = load_hand(hand) if pads is None else HandModel.from_mjcf(hand, pads=pads)
     report = check(model)
     typer.echo(str(report))
     hand_picture(model).save(out)
     typer.echo(f"{out}: {len(model.pads)} pads and their normals, to be looked at")
     if report.problems:
         raise typer.Exit(PROBLEMS)
+
+
+@contextlib.contextmanager
+def _unlogged() -> Iterator[None]:
+    """What is logged of a hand's pads stands in the report too."""
+    logger = logging.getLogger("vtgtsam.hands.model")
+    before = logger.level
+    logger.setLevel(logging.ERROR)
+    try:
+        yield
+    finally:
+        logger.setLevel(before)
 
 
 def suggest_pads(
