@@ -120,6 +120,8 @@ def load_wrist(path: str | Path) -> gtsam.Pose3:
             f"{path} must hold T_ch: [x, y, z, qx, qy, qz, qw] with a quaternion of norm 1, got "
             f"{document!r}: {advice}"
         ) from error
+    except FileNotFoundError:
+        raise ConfigError(f"there is no wrist calibration {path} yet: {advice}") from None
     except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
         detail = " ".join(str(error).split())
         raise ConfigError(

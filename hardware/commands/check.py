@@ -5,7 +5,17 @@ from __future__ import annotations
 
 import typer
 
-from .options import Camera, Emulate, Hand, Pads, Servos, serial_ports
+from .options import (
+    Camera,
+    Emulate,
+    Hand,
+    Pads,
+    Scale,
+    Servos,
+    Wrist,
+    calibration_file,
+    serial_ports,
+)
 
 
 def check(
@@ -13,9 +23,11 @@ def check(
     servos: Servos = None,
     pads: Pads = None,
     camera: Camera = "realsense",
+    scale: Scale = None,
+    wrist: Wrist = None,
     emulate: Emulate = False,
 ) -> None:
-    """Look at servos, pads and camera without moving anything; exit code 1 unless all is well."""
+    """Look at files, servos, pads and camera as a run needs them, moving nothing; exit code 1 unless all is well."""
     from hardware.live import health
     from hardware.servo.description import load_description
 
@@ -26,11 +38,18 @@ def check(
 
         with Rig(description, load_object("can")) as rig:
             findings = [
+                health.check_model(description),
                 health.check_servos(description, rig.servos.path),
                 health.check_pads(description, rig.pads.path),
             ]
     else:
         findings = [
+            health.check_model(description),
+            health.check_calibrations(
+                description,
+                calibration_file(scale, hand, "pads"),
+                calibration_file(wrist, hand, "wrist"),
+            ),
             health.check_ports(serial_ports()),
             health.check_servos(description, servos),
             health.check_pads(description, pads),

@@ -3,10 +3,17 @@
 
 from __future__ import annotations
 
+import os
+import select
+from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated
 
 import typer
+
+from vtgtsam.exceptions import VtgtsamError
+
+_GLANCE = 0.1  # [s], how often is watched while a person is asked
 
 Hand = Annotated[str, typer.Option(help="The built hand: a name, or its YAML file.")]
 Emulate = Annotated[bool, typer.Option("--emulate", help="Use emulated devices.")]
@@ -54,3 +61,22 @@ def serial_ports() -> list[str]:
     lasting = {str(link.resolve()): str(link) for link in by_id.glob("*")}
     found = (port.device for port in list_ports.comports() if port.vid is not None)
     return sorted(lasting.get(device, device) for device in found)
+
+
+def ask(question: str, watch: Callable[[], None] = lambda: None) -> str:
+    """What a person types, without the end of the line; ``watch`` is called all the while.
+
+    Raises:
+        VtgtsamError: Nobody is there.
+    """
+    print(question, end="", flush=True)
+    typed = b""
+    while not typed.endswith(b"\n"):
+        watch()
+        if select.select([0], [], [], _GLANCE)[0]:
+            # One byte at a time: what follows the line is the answer to the next question.
+            byte = os.read(0, 1)
+            if not byte:
+                raise VtgtsamError("nobody is there to press Enter; `run` asks nobody with --yes")
+            typed += byte
+    return typed.decode(errors="replace").strip()

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -19,6 +19,7 @@ from .options import (
     Scale,
     Servos,
     Wrist,
+    ask,
     calibration_file,
     needed_port,
 )
@@ -27,8 +28,9 @@ if TYPE_CHECKING:
     import gtsam
 
     from hardware.live.devices import Devices
-    from hardware.live.session import Plan
+    from hardware.live.session import Ask, Plan
     from hardware.live.view import Where
+    from hardware.servo.description import HandDescription
     from vtgtsam import EstimatorConfig
 
 # A computer that emulates a hand beside driving it may pause either for longer than a real hand allows.
@@ -66,16 +68,22 @@ def run(
     save_view: Annotated[
         Path | None, typer.Option(help="Write what Rerun would show to this .rrd file.")
     ] = None,
-    yes: Annotated[bool, typer.Option("--yes", help="Do not ask before the hand moves.")] = False,
+    yes: Annotated[
+        bool,
+        typer.Option(
+            "--yes",
+            help="Ask nobody: begin at once, and wait until the camera sees the object lie still.",
+        ),
+    ] = False,
     seed: Annotated[int, typer.Option(min=0, help="Of the emulation's noise.")] = 0,
 ) -> None:
     """Close the hand round an object, track it, and record everything."""
     from hardware.live.devices import Ports, real_devices
+    from hardware.live.preflight import load_hand_and_grasp
     from hardware.live.session import Plan
     from hardware.live.streams import GIVE_UP
-    from hardware.servo.description import load_description, wiring_of
+    from hardware.servo.description import load_description
     from vtgtsam import load_object
-    from vtgtsam.grasp import load_grasp
     from vtgtsam.vision.depth_tracker import FORMS
 
     if tracker not in FORMS:
@@ -84,39 +92,36 @@ def run(
     description = load_description(hand)
     if emulate:
         description = description.model_copy(update=EMULATED)
-    grasp = load_grasp(description.hand)
+    model, grasp = load_hand_and_grasp(description)
     plan = Plan(
-        description=description,
-        hand=grasp.load_hand(),
+        hand=model,
         grasp=grasp,
         obj=load_object(object, scale=object_scale),
         config=_config(config),
-        wiring=wiring_of(description),
         T_ho=None if start is None else _start_pose(start),
         tracker=tracker,
         record=record,
         images=images,
         seconds=seconds,
-        ends_after_grasp=emulate,
+        ends_after_grasp=emulate and seconds is None,
         give_up=EMULATED_GIVE_UP if emulate else GIVE_UP,
         view=where,
     )
     if emulate:
-        with _emulated(plan, seed) as devices:
-            _carry_out(plan, devices, lambda question: None)
+        with _emulated(plan, description, seed) as devices:
+            _carry_out(plan, devices, None)
         return
     ports = Ports(
         servos=needed_port(servos, "--servos"),
-        pads=needed_port(pads, "--pads"),
+        pads=None if description.pads is None else needed_port(pads, "--pads"),
         camera=camera,
         scale=calibration_file(scale, hand, "pads"),
         wrist=calibration_file(wrist, hand, "wrist"),
     )
-    ask = _show if yes else _ask
-    _carry_out(plan, real_devices(ports, description, ask), ask)
+    _carry_out(plan, real_devices(ports, description, model), None if yes else ask)
 
 
-def _carry_out(plan: Plan, devices: Devices, ask: Callable[[str], None]) -> None:
+def _carry_out(plan: Plan, devices: Devices, ask: Ask | None) -> None:
     from hardware.live.session import carry_out
 
     status = carry_out(plan, devices, ask, typer.echo)
@@ -132,37 +137,20 @@ def _carry_out(plan: Plan, devices: Devices, ask: Callable[[str], None]) -> None
 
 
 @contextmanager
-def _emulated(plan: Plan, seed: int) -> Iterator[Devices]:
+def _emulated(plan: Plan, description: HandDescription, seed: int) -> Iterator[Devices]:
     from hardware.emulate.rig import CAMERA_RATE
     from hardware.live.devices import emulated_devices
 
     # A new emulated servo has everything to set up; on a real one each change deserves a word.
     logging.getLogger("hardware.servo.setup").setLevel(logging.ERROR)
     typer.echo(f"emulated hand: looking for a pose in which it can grasp {plan.obj.name}")
-    with emulated_devices(plan.description, plan.obj, seed) as devices:
+    with emulated_devices(description, plan.hand, plan.obj, seed) as devices:
         typer.echo(
-            f"emulated hand: servos on {devices.servos}, pads on {devices.pads}, depth images of a "
-            f"quarter of the D435's pixels at up to {CAMERA_RATE:.0f} Hz; waits up to "
+            f"emulated hand: depth images of a quarter of the D435's pixels at up to {CAMERA_RATE:.0f} Hz; waits up to "
             f"{1000 * EMULATED['patience']:.0f} ms for servos (real: 12 ms), watchdogs "
             f"{EMULATED['watchdog']:g} s (real: 0.2 s)"
         )
         yield devices
-
-
-def _ask(question: str) -> None:
-    """Wait for a person."""
-    from hardware.live.streams import LiveError
-
-    try:
-        input(question)
-    except EOFError:
-        raise LiveError(
-            "nobody is there to press Enter; give --yes if nobody needs to be asked"
-        ) from None
-
-
-def _show(question: str) -> None:
-    typer.echo(question)
 
 
 def _config(name_or_path: str) -> EstimatorConfig:

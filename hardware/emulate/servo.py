@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""One XL330-M288-T as time goes by: clock, Bus Watchdog, heat, overload, reboot.
+"""One X330 servo as time goes by: clock, Bus Watchdog, heat, overload, reboot.
 
 Only the position modes (3, 4, 5) move a motor. Not there: indirect registers, feedforward, the
 acceleration of a profile.
@@ -11,8 +11,9 @@ from hardware.servo.table import (
     ALERT,
     BAUD_CODES,
     CURRENT_BASED_POSITION,
-    MODEL,
-    XL330,
+    MODELS,
+    TICKS_PER_TURN,
+    X330,
     Register,
     decode,
 )
@@ -22,7 +23,7 @@ from .motor import Drive, Motion
 BOOT_TIME = 0.3  # [s], silence after a reboot (assumed)
 OVERHEATING, OVERLOAD = 1 << 2, 1 << 5  # bits of hardware_error_status
 
-_TICK = XL330["goal_position"].scale  # [rad]
+_TICK = X330["goal_position"].scale  # [rad]
 _FREE_SPEED = 7030.0  # [ticks/s], 103 rpm
 _OVERLOAD_CURRENT = 800.0  # [mA], held for _OVERLOAD_TIME (assumed)
 _OVERLOAD_TIME = 1.0  # [s] (assumed)
@@ -40,34 +41,40 @@ _MODE_P_GAIN = 800  # assumed: P after a change of mode; not what a client would
 _POSITION_MODE = 3
 _TORQUE_ON_BY_GOAL = 8  # bit of drive_mode
 _GOALS = ("goal_pwm", "goal_current", "goal_velocity", "goal_position")
-_AT = {entry.address: (name, entry) for name, entry in XL330.items()}
+_AT = {entry.address: (name, entry) for name, entry in X330.items()}
 
 
 class ServoMemory:
-    """The control table of one servo.
+    """The control table of one servo, and the rules of reading and writing it.
+
+    The rules follow the e-manual (see ``hardware.servo.table``): EEPROM locked under torque, read-only
+    registers, ranges and limits, gains and caps reset by a change of the operating mode, goals locked
+    after the Bus Watchdog has tripped. Where the manual is silent the choice is marked "assumed".
 
     Attributes:
         eeprom_writes: How often a register that wears out was written.
     """
 
-    def __init__(self, servo_id: int, baud: int) -> None:
+    def __init__(self, servo_id: int, baud: int, model: str = "XL330-M288-T") -> None:
         self.eeprom_writes = 0
         self._memory = bytearray(_SIZE)
-        for name, entry in XL330.items():
+        for name, entry in X330.items():
             self.set(name, entry.initial)
-        self.set("model_number", MODEL)
+        self.set("model_number", MODELS[model].number)
+        for name in ("current_limit", "goal_current"):
+            self.set(name, MODELS[model].largest_current)
         self.set("firmware_version", FIRMWARE)
         self.set("id", servo_id)
         self.set("baud_rate", BAUD_CODES[baud])
 
     def get(self, name: str) -> int:
         """Count in a register."""
-        entry = XL330[name]
+        entry = X330[name]
         return decode(name, bytes(self._memory[entry.address : entry.address + entry.size]))
 
     def set(self, name: str, count: int) -> None:
         """Put a count into a register, past all rules."""
-        entry = XL330[name]
+        entry = X330[name]
         data = count.to_bytes(entry.size, "little", signed=entry.signed)
         self._memory[entry.address : entry.address + entry.size] = data
 
@@ -122,7 +129,7 @@ class ServoMemory:
 
     def reset_ram(self) -> None:
         """RAM as after power on; EEPROM stays."""
-        for name, entry in XL330.items():
+        for name, entry in X330.items():
             if not entry.eeprom and entry.writable:
                 self.set(name, entry.initial)
         self._reset_for_mode()
@@ -147,7 +154,7 @@ class ServoMemory:
         """Put an allowed count and what follows from it."""
         before = self.get(name)
         self.set(name, count)
-        self.eeprom_writes += XL330[name].eeprom
+        self.eeprom_writes += X330[name].eeprom
         if name == "operating_mode" and count != before:
             self._reset_for_mode()
             self.set("position_p_gain", _MODE_P_GAIN)
@@ -156,7 +163,7 @@ class ServoMemory:
 
     def _reset_for_mode(self) -> None:
         for name in ("position_d_gain", "position_i_gain", "position_p_gain"):
-            self.set(name, XL330[name].initial)
+            self.set(name, X330[name].initial)
         self.set("profile_velocity", 0)
         self.set("profile_acceleration", 0)
         self.set("goal_pwm", self.get("pwm_limit"))
@@ -168,10 +175,12 @@ class EmulatedServo(ServoMemory):
 
     Attributes:
         temperature: Of its motor [degrees Celsius].
+        turns: Whole turns of its motor when it was switched on, of which it knows nothing; None until it looks.
     """
 
-    def __init__(self, servo_id: int, baud: int = 57600) -> None:
-        super().__init__(servo_id, baud)
+    def __init__(self, servo_id: int, baud: int = 57600, model: str = "XL330-M288-T") -> None:
+        super().__init__(servo_id, baud, model)
+        self.turns: int | None = None
         self.temperature = _AMBIENT
         self.set("present_input_voltage", 50)
         self._motion = Motion(2048.0)
@@ -182,6 +191,7 @@ class EmulatedServo(ServoMemory):
         self.advance(0.0)
         self.observe(self._motion)
         self.set("goal_position", self.get("present_position"))
+        self.turns = None
 
     @property
     def booting(self) -> bool:
@@ -196,6 +206,8 @@ class EmulatedServo(ServoMemory):
         """Restart: RAM falls back, EEPROM stays, silence for a while."""
         self.reset_ram()
         self._booting, self._age, self._overloaded = BOOT_TIME, 0.0, 0.0
+        self.turns = None
+        self.observe(self._motion)
         self.set("goal_position", self.get("present_position"))
 
     def fail(self, bits: int) -> None:
@@ -206,11 +218,13 @@ class EmulatedServo(ServoMemory):
 
     def drive(self) -> Drive:
         """What the motor is told."""
-        speed = self.get("profile_velocity") * XL330["profile_velocity"].scale / _TICK
+        speed = self.get("profile_velocity") * X330["profile_velocity"].scale / _TICK
         capped = self.get("operating_mode") == CURRENT_BASED_POSITION
         return Drive(
             torque=self.torque,
-            goal=self.get("goal_position") - self.get("homing_offset"),
+            goal=self.get("goal_position")
+            - self.get("homing_offset")
+            + TICKS_PER_TURN * (self.turns or 0),
             current_cap=abs(self.get("goal_current")) if capped else self.get("current_limit"),
             p_gain=self.get("position_p_gain"),
             d_gain=self.get("position_d_gain"),
@@ -226,10 +240,13 @@ class EmulatedServo(ServoMemory):
         self._load(dt)
 
     def observe(self, motion: Motion) -> None:
-        """Take over what the motor did."""
+        """Take over what the motor did. A servo that was just switched on counts from 0 to 4095."""
         self._motion = motion
-        speed = round(motion.velocity * _TICK / XL330["present_velocity"].scale)
-        self.set("present_position", round(motion.position) + self.get("homing_offset"))
+        if self.turns is None:
+            self.turns = round(motion.position) // TICKS_PER_TURN
+        position = round(motion.position) - TICKS_PER_TURN * self.turns
+        speed = round(motion.velocity * _TICK / X330["present_velocity"].scale)
+        self.set("present_position", position + self.get("homing_offset"))
         self.set("present_velocity", speed)
         self.set("present_current", round(motion.current))
         self.set("moving", int(abs(speed) > self.get("moving_threshold")))
@@ -238,7 +255,7 @@ class EmulatedServo(ServoMemory):
         """The Bus Watchdog. That it "stops" is taken to mean "holds where it is" (assumed)."""
         self._unheard = self._unheard + dt if self.torque else 0.0
         limit = self.get("bus_watchdog")
-        if limit > 0 and self._unheard > limit * XL330["bus_watchdog"].scale:
+        if limit > 0 and self._unheard > limit * X330["bus_watchdog"].scale:
             self.set("bus_watchdog", -1)
             self.set("goal_position", self.get("present_position"))
 

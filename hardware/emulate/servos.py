@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""A line of emulated XL330s behind a pseudo terminal, byte by byte, with faults on demand.
+"""A line of emulated X330 servos behind a pseudo terminal, byte by byte, with faults on demand.
 
 Any program that drives real servos drives these by the name in ``path``: this project's own, the
 Dynamixel SDK, rustypot. A pseudo terminal has no speed, but it knows which speed its client has set;
@@ -22,7 +22,7 @@ from dataclasses import dataclass, field
 from random import Random
 
 from .motor import FreeMotors, Plant
-from .packets import BROADCAST, Decoder, Instruction, Packet, pack, status
+from .packets import BROADCAST, HEADER, Decoder, Instruction, Packet, pack, status
 from .servo import EmulatedServo
 
 _TICK = 0.005  # [s], how often the servos' time goes on without traffic
@@ -36,20 +36,28 @@ class ServoLineEmulator:
     Args:
         ids: Ids of the servos.
         baud: The rate they are set to.
+        models: Their models, by id; XL330-M288-T where not named.
         plant: What they move; free motors where None.
+        model: Of all servos.
 
     Attributes:
         path: Name of the serial port.
         servos: The servos, by id. Hold ``lock`` to change them.
+        doubles: Servos with an id that another one has.
         faults: What goes wrong.
         lock: Held while an instruction is carried out.
         heard: Instruction packets received so far.
     """
 
     def __init__(
-        self, ids: Iterable[int], baud: int = 1_000_000, plant: Plant | None = None
+        self,
+        ids: Iterable[int],
+        baud: int = 1_000_000,
+        plant: Plant | None = None,
+        model: str = "XL330-M288-T",
     ) -> None:
-        self.servos = {i: EmulatedServo(i, baud) for i in ids}
+        self.servos = {i: EmulatedServo(i, baud, model) for i in ids}
+        self.doubles: list[EmulatedServo] = []
         self.plant = FreeMotors() if plant is None else plant
         self.faults = LineFaults()
         self.lock = threading.Lock()
@@ -144,9 +152,18 @@ class ServoLineEmulator:
         }
         for servo in hearing.values():
             servo.heard()
-        for answer in answers(packet, hearing):
+        for answer in self._with_doubles(packet, answers(packet, hearing)):
             delay, data = self.faults.spoil(answer)
             self._outgoing.append((time.monotonic() + delay if delay else 0.0, data))
+
+    def _with_doubles(self, packet: Packet, replies: Iterable[bytes]) -> Iterator[bytes]:
+        """Replies as they are on the line when a second servo of the same id talks at the same time."""
+        for reply in replies:
+            for double in self.doubles:
+                if double.servo_id == reply[len(HEADER)]:
+                    for other in answers(packet, {double.servo_id: double}):
+                        reply = bytes(a & b for a, b in zip(reply, other, strict=False))
+            yield reply
 
     def _send(self) -> None:
         """What is due goes out, in order: nothing overtakes a delayed packet."""

@@ -1,5 +1,9 @@
 # SPDX-License-Identifier: MIT
-"""The devices of a run, real or emulated: from here on nothing knows which."""
+"""The devices of a run, real or emulated: from here on nothing knows which.
+
+A hand of other motors or with other pads enters here: give functions that open a ``HandDevice`` and a
+``PadDevice`` (``hardware.device``).
+"""
 
 from __future__ import annotations
 
@@ -7,40 +11,43 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import gtsam
 
 from hardware.camera.camera import Camera, open_camera
 from hardware.camera.wrist import load_wrist
-from hardware.emulate.rig_process import RigProcess
+from hardware.device import HandDevice, PadDevice
 from hardware.servo.description import HandDescription
-from hardware.tactile.pressure import PadScale, load_scale
-from vtgtsam import ObjectModel
+from hardware.servo.hand import Hand
+from hardware.tactile.pressure import BoardPads, PadScale, load_scale
+
+from .sensors import NoPads
+
+if TYPE_CHECKING:
+    from vtgtsam import HandModel, ObjectModel
 
 Truth = Callable[[float, gtsam.Pose3], None]
-Ask = Callable[[str], None]
 
 
 @dataclass(frozen=True, eq=False)
 class Devices:
-    """Where the devices are, what was calibrated before, and how the object gets into the hand.
+    """How the devices are opened, what was calibrated before, and how the object gets into the hand.
 
     Attributes:
-        servos: The servos' port.
-        pads: The pad board's port.
-        scale: The pads' bench calibration.
-        T_ch: The hand's pose in the camera frame.
+        open_hand: Opens the hand.
+        open_pads: Opens its pads.
         open_camera: Opens the camera; given what to tell true poses T_co to, if they are known.
-        put_object: Has the object put on the palm; returns when it lies there.
+        T_ch: The hand's pose in the camera frame.
+        put_object: Puts the object on the palm and returns when it lies there; None where a person does it.
         lost: Time an emulator could not simulate [s]; None for real devices.
     """
 
-    servos: str
-    pads: str
-    scale: PadScale
-    T_ch: gtsam.Pose3
+    open_hand: Callable[[], HandDevice]
+    open_pads: Callable[[], PadDevice]
     open_camera: Callable[[Truth], Camera]
-    put_object: Callable[[], None]
+    T_ch: gtsam.Pose3
+    put_object: Callable[[], None] | None = None
     lost: Callable[[], float] | None = None
 
 
@@ -50,55 +57,67 @@ class Ports:
 
     Attributes:
         servos: The servos' port.
-        pads: The pad board's port.
+        pads: The pad board's port; None for a hand without pads.
         camera: As for ``open_camera``.
         scale: File of the pads' bench calibration.
         wrist: File of the hand's pose in the camera frame.
     """
 
     servos: str
-    pads: str
+    pads: str | None
     camera: str
     scale: Path
     wrist: Path
 
 
-def real_devices(ports: Ports, description: HandDescription, ask: Ask) -> Devices:
-    """The devices on these ports.
+def real_devices(ports: Ports, description: HandDescription, hand: HandModel) -> Devices:
+    """The devices on these ports; nothing is opened yet.
+
+    Args:
+        ports: Where they are.
+        description: The built hand.
+        hand: Its model, in whose order of pads contacts are wanted.
 
     Raises:
         ConfigError: A calibration is missing or wrong.
     """
-    if description.pads is None:
-        raise ValueError("a live run needs a hand with pads")
+    scale = None
+    if description.pads is not None:
+        scale = load_scale(ports.scale, description.pads)
     return Devices(
-        servos=ports.servos,
-        pads=ports.pads,
-        scale=load_scale(ports.scale, description.pads),
-        T_ch=load_wrist(ports.wrist),
+        open_hand=lambda: Hand(description, ports.servos),
+        open_pads=_pads(ports.pads, description, scale, hand),
         open_camera=lambda truth: open_camera(ports.camera),
-        put_object=lambda: ask(
-            "Put the object on the palm, take your hands away, then press Enter: "
-        ),
+        T_ch=load_wrist(ports.wrist),
     )
 
 
 @contextmanager
 def emulated_devices(
-    description: HandDescription, obj: ObjectModel, seed: int
+    description: HandDescription, hand: HandModel, obj: ObjectModel, seed: int
 ) -> Iterator[Devices]:
     """Devices that one simulated grasp drives, in a process of their own.
 
     Raises:
         VtgtsamError: The object cannot be grasped.
     """
+    from hardware.emulate.rig_process import RigProcess  # MuJoCo and the simulator, only here
+
     with RigProcess(description, obj, seed) as rig:
         yield Devices(
-            servos=rig.ready.servos,
-            pads=rig.ready.pads,
-            scale=rig.ready.scale,
-            T_ch=gtsam.Pose3(rig.ready.T_ch),
+            open_hand=lambda: Hand(description, rig.ready.servos),
+            open_pads=_pads(rig.ready.pads, description, rig.ready.scale, hand),
             open_camera=rig.camera,
+            T_ch=gtsam.Pose3(rig.ready.T_ch),
             put_object=rig.put_object,
             lost=rig.lost,
         )
+
+
+def _pads(
+    port: str | None, description: HandDescription, scale: PadScale | None, hand: HandModel
+) -> Callable[[], PadDevice]:
+    wiring = description.pads
+    if wiring is None or scale is None or port is None:
+        return lambda: NoPads(len(hand))
+    return lambda: BoardPads(port, wiring, scale, hand.pad_names)

@@ -10,6 +10,8 @@ from typing import Any
 
 from vtgtsam.recording import RecordingWriter
 
+from .streams import LiveError
+
 _BACKLOG = 60  # messages waiting; above it images are left out
 
 Write = Callable[[RecordingWriter], None]
@@ -41,8 +43,14 @@ class Recorder:
         if self._writer is not None:
             self._queue.put(None)
             self._thread.join()
-            self._writer.close()
-            self.check()
+            try:
+                self._writer.close()
+            except OSError as error:
+                self._error = self._error or self._in_words(error)
+            if not isinstance(
+                exception[1], LiveError
+            ):  # else it may be this error that ends the run
+                self.check()
 
     def check(self) -> None:
         """Raise what went wrong while writing, such as a full disk."""
@@ -67,5 +75,20 @@ class Recorder:
             try:
                 write(self._writer)
             except Exception as error:
-                self._error = error
+                self._error = self._in_words(error) if isinstance(error, OSError) else error
                 return
+
+    def remarks(self) -> list[str]:
+        """What people should hear of the recording; a line each."""
+        if not self.images_dropped:
+            return []
+        return [
+            f"{self.images_dropped} images are missing in the recording: the computer could not compress them in time"
+        ]
+
+    def _in_words(self, error: OSError) -> LiveError:
+        path = self._writer.path if self._writer is not None else "the recording"
+        why = error.strerror or str(error)
+        return LiveError(
+            f"cannot go on writing {path}: {why}. What was written before can be read; make room, or record elsewhere"
+        )

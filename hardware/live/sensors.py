@@ -3,47 +3,74 @@
 
 from __future__ import annotations
 
+import logging
 import threading
+import time
 from collections.abc import Callable
 
 import gtsam
 import numpy as np
 
-from hardware.camera.camera import Camera, CameraFrame
-from hardware.tactile.board import PadBoard, PadReading
-from hardware.tactile.pressure import ContactDetector
+from hardware.camera.camera import Camera, CameraError, CameraFrame
+from hardware.device import PadDevice, PadState
 from vtgtsam.vision.depth_tracker import DepthTracker
 
 from .fusion import as_recorded
 from .recorder import Recorder
 from .streams import RunClock, Streams
 
+log = logging.getLogger(__name__)
+
 _POLL = 0.005  # [s], how long a reading may lie in the board's buffer
+_RETRY = 0.2  # [s], after a camera gave no image
+OLD = 1.0  # [s], an image that is taken for older than this, or for younger than now, has a wrong stamp
+
+
+class NoPads(PadDevice):
+    """A hand without pads: nothing is ever in contact, 50 times a second.
+
+    Args:
+        count: Pads of the hand's model, whose surfaces still count as what the object cannot enter.
+        clock: Monotonic time [s].
+    """
+
+    def __init__(self, count: int, clock: Callable[[], float] = time.monotonic) -> None:
+        self._state = PadState(np.zeros(count), np.zeros(count, dtype=bool))
+        self._clock = clock
+
+    def prepare(self) -> str:
+        """There is nothing to do."""
+        return "this hand has no pads: the object is held by vision and the hand's shape alone"
+
+    def since(self, instant: float) -> list[tuple[float, PadState]]:
+        """No contact now, if it is time for a state."""
+        now = self._clock()
+        return [(now, self._state)] if now >= instant + 0.02 else []
+
+    def close(self) -> None:
+        """Nothing is held."""
 
 
 class Pads:
-    """Turns the board's readings into contact bits, each reading once, as they come.
+    """Puts the pads' states into their stream, each once, as they come.
 
     Args:
-        board: The pad board.
-        detector: Calibrated for this run.
-        pad_names: The hand's pads, in the detector's order.
-        streams: Where the contacts go.
+        device: The pads, prepared.
+        pad_names: The hand's pads, in the order of the states.
+        streams: Where the states go.
         clock: The run's clock.
         recorder: Gets them too.
     """
 
     def __init__(
         self,
-        board: PadBoard,
-        detector: ContactDetector,
+        device: PadDevice,
         pad_names: tuple[str, ...],
         streams: Streams,
         clock: RunClock,
         recorder: Recorder,
     ) -> None:
-        self._board = board
-        self._detector = detector
+        self._device = device
         self._names = pad_names
         self._streams = streams
         self._clock = clock
@@ -51,15 +78,14 @@ class Pads:
         self._last = clock.start
 
     def run(self, stop: threading.Event) -> None:
-        """Take readings until ``stop`` is set."""
+        """Take states until ``stop`` is set."""
         while not stop.wait(_POLL):
-            for reading in self._board.since(self._last):
-                self._take(reading)
+            for instant, state in self._device.since(self._last):
+                self._take(instant, state)
 
-    def _take(self, reading: PadReading) -> None:
-        self._last = reading.time
-        state = self._detector.update(reading.values)
-        instant_ns = self._clock.instant_ns(reading.time)
+    def _take(self, instant: float, state: PadState) -> None:
+        self._last = instant
+        instant_ns = self._clock.instant_ns(instant)
         pressure = np.nan_to_num(state.pressure)  # a recording holds numbers only: 0 for a dead pad
         self._streams.put(
             "pads",
@@ -90,6 +116,9 @@ class Vision:
     Attributes:
         lost: Images in which the object was not found, or not looked for.
         frame: The last images.
+        trouble: Why there are no images now; empty where there are.
+        silent: For how long there have been none in all [s], without the silence that lasts.
+        odd_stamps: Images whose stamp cannot be right; they are left out.
     """
 
     def __init__(
@@ -110,21 +139,75 @@ class Vision:
         self._recorder = recorder
         self._images = images
         self.lost = 0
+        self.trouble = ""
+        self.silent = 0.0
+        self.odd_stamps = 0
+        self._age = 0.0  # [s], of the last image with an odd stamp
+        self._silent_since: float | None = None
         self._rests = False  # leaves the next image alone
         self.frame: CameraFrame | None = None
 
     def run(self, stop: threading.Event, ended: Callable[[], None] = lambda: None) -> None:
-        """Track until ``stop`` is set or a recording has ended."""
+        """Track until ``stop`` is set or a recording has ended.
+
+        A camera that gives no images ends nothing: the estimator goes on from touch, and images count again when
+        they come again.
+        """
         while not stop.is_set():
-            frame = self._camera.read()
+            try:
+                frame = self._camera.read()
+            except CameraError as error:
+                self._note_silence(str(error))
+                stop.wait(_RETRY)
+                continue
             if frame is None:
+                self._note_silence(f"{self._camera.name} has ended")
                 ended()
                 return
+            self._note_image()
             self._take(frame)
+
+    def remarks(self) -> list[str]:
+        """What people should hear of the camera; a line each."""
+        lines = []
+        silent = self.silent
+        if self._silent_since is not None:
+            silent += self._clock.now_ns() / 1e9 - self._silent_since
+        if silent > 0.0:
+            why = f": {self.trouble}" if self.trouble else ""
+            lines.append(
+                f"no images for {silent:.1f} s, where touch and the hand's shape went on alone{why}"
+            )
+        if self.odd_stamps:
+            lines.append(
+                f"{self.odd_stamps} images left out: by their stamps they are from {_ago(self._age)}; "
+                "did a clock jump? Switch the camera off and on, and let nothing set this computer's "
+                "clock during a run"
+            )
+        return lines
+
+    def _note_silence(self, why: str) -> None:
+        if self._silent_since is None:
+            self._silent_since = self._clock.now_ns() / 1e9
+            log.warning("%s; going on from touch and the hand's shape alone", why)
+        self.trouble = why
+
+    def _note_image(self) -> None:
+        if self._silent_since is not None:
+            self.silent += self._clock.now_ns() / 1e9 - self._silent_since
+            self._silent_since, self.trouble = None, ""
+            log.warning("%s gives images again", self._camera.name)
 
     def _take(self, frame: CameraFrame) -> None:
         self.frame = frame
         instant_ns = self._clock.instant_ns(frame.time)
+        age = (self._clock.now_ns() - instant_ns) / 1e9
+        if not -0.01 <= age <= OLD:
+            if not self.odd_stamps:
+                log.warning("an image's stamp is from %s: left out; did a clock jump?", _ago(age))
+            self.odd_stamps += 1
+            self._age = age
+            return
         joints = self._streams.held("joints", instant_ns)
         if joints is None:
             return
@@ -150,3 +233,7 @@ class Vision:
         self._recorder.write_image("depth", instant_ns, frame.depth)
         if frame.color is not None:
             self._recorder.write_image("color", instant_ns, frame.color)
+
+
+def _ago(age: float) -> str:
+    return f"{age:.1f} s ago" if age >= 0 else f"{-age:.1f} s ahead"

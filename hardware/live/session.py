@@ -1,10 +1,12 @@
 # SPDX-License-Identifier: MIT
 """A live run from the open hand to the end of the grasp.
 
-    calibrate the pads -> put the object on the palm -> find it -> close the hand -> track and record
+    open the hand, try its joints -> compare it with the camera's image -> baseline of the pads
+    -> put the object on the palm -> find it -> close the hand -> track and record
 
-The main thread only watches: it prints the status, ends the run when a thread fails or a stream falls
-silent, and is where signals arrive. Whatever ends it, the torque goes off first.
+The main thread only watches: it asks, prints the status, ends the run when a thread fails or a stream falls
+silent, and is where signals arrive. It watches while a person is asked as well. Whatever ends the run, the torque
+goes off first.
 """
 
 from __future__ import annotations
@@ -22,19 +24,17 @@ import gtsam
 import numpy as np
 
 from hardware.camera.camera import Camera
-from hardware.servo.description import HandDescription
-from hardware.servo.hand import Hand
-from hardware.tactile.board import PadBoard
-from hardware.tactile.pressure import BASELINE_SECONDS, ContactDetector, measure_baseline
-from hardware.tactile.wiring import PadWiring
-from vtgtsam import EstimatorConfig, HandModel, Measurement, ObjectModel, PoseEstimator
+from hardware.camera.hand_view import check_hand_view
+from hardware.device import HandDevice, PadDevice
+from vtgtsam import EstimatorConfig, HandModel, Measurement, ObjectModel, PoseEstimator, adds
 from vtgtsam.grasp import GraspDescription
 from vtgtsam.recording import RecordingWriter, names
 from vtgtsam.recording.provenance import mesh_file, object_metadata
 from vtgtsam.vision.depth_tracker import DepthTracker, make_tracker
+from vtgtsam.vision.first_pose import Candidate
 
 from .devices import Devices
-from .find import as_start, find_object
+from .find import APART, as_start, find_object, still_image
 from .fingers import Fingers, Phase
 from .fusion import STREAMS, Fusion
 from .recorder import Recorder
@@ -45,11 +45,15 @@ from .threads import Workers
 from .view import LiveView, Setup, Where
 
 HOLD = 2.0  # [s], the closed hand is watched for so long before an emulated run ends
-_OPENING = 10.0  # [s], the most that opening the hand may take
+_OPENING = 15.0  # [s], the most that opening the hand may take
+_PLACING = 60.0  # [s], the most that putting the object there may take where nobody is asked
 _SWITCH = (
     0.0005  # [s], after which a computing thread lets others in; Python's 5 ms make ticks late
 )
 _GLANCE = 0.1  # [s], how often the main thread looks
+
+# Shows a request and waits until a person has done it, calling the function it is given at least every 0.1 s.
+Ask = Callable[[str, Callable[[], None]], None]
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,12 +61,10 @@ class Plan:
     """What to do.
 
     Attributes:
-        description: The built hand.
         hand: Its model.
         grasp: How it closes.
         obj: The object.
         config: The estimator's settings.
-        wiring: The hand's pads.
         T_ho: The object's first pose in the hand frame; None: the camera finds it.
         tracker: Form of the visual tracker, "depth" or "depth-hand".
         record: The file to record to, or None.
@@ -73,12 +75,10 @@ class Plan:
         view: Where to show the run in Rerun, or None.
     """
 
-    description: HandDescription
     hand: HandModel
     grasp: GraspDescription
     obj: ObjectModel
     config: EstimatorConfig
-    wiring: PadWiring
     T_ho: gtsam.Pose3 | None = None
     tracker: str = "depth-hand"
     record: Path | None = None
@@ -89,15 +89,13 @@ class Plan:
     view: Where | None = None
 
 
-def carry_out(
-    plan: Plan, devices: Devices, ask: Callable[[str], None], say: Callable[[str], None]
-) -> Status:
+def carry_out(plan: Plan, devices: Devices, ask: Ask | None, say: Callable[[str], None]) -> Status:
     """Carry a plan out; returns when it is done.
 
     Args:
         plan: What to do.
         devices: With what.
-        ask: Shows a request and waits until a person has done it.
+        ask: Asks a person; None: nobody is asked, what has to be done is waited for.
         say: Shows a line.
 
     Raises:
@@ -114,7 +112,7 @@ class _Session:
         self,
         plan: Plan,
         devices: Devices,
-        ask: Callable[[str], None],
+        ask: Ask | None,
         say: Callable[[str], None],
     ) -> None:
         self._plan, self._devices, self._ask, self._say = plan, devices, ask, say
@@ -133,23 +131,20 @@ class _Session:
                 self._view = stack.enter_context(LiveView(plan.view, setup))
             tracker = make_tracker(plan.tracker, plan.obj, camera.intrinsics, plan.hand)
             self._warm_up(tracker)
-            board = stack.enter_context(
-                PadBoard(self._devices.pads, inputs=len(plan.wiring.inputs))
-            )
-            board.wait()
+            pads = stack.enter_context(self._devices.open_pads())
             self._clock = RunClock()
             self._recorder = stack.enter_context(Recorder(self._writer()))
             workers = stack.enter_context(Workers())
             # The last to come in is the first to go out: the torque.
-            hand = stack.enter_context(Hand(plan.description, self._devices.servos))
+            device = stack.enter_context(self._devices.open_hand())
             stack.callback(workers.stop.set)
             self._recorder.write("camera_pose", 0, gtsam.Pose3())
             self._recorder.write("camera_info", 0, camera.intrinsics)
             self._recorder.write("hand_pose", 0, self._devices.T_ch)
-            fingers = self._open(hand, workers)
-            self._start_pads(board, workers)
-            self._devices.put_object()
-            tracker.start(self._first_pose(camera, fingers))
+            fingers = self._open(device, workers)
+            self._compare_with_image(camera, fingers)
+            self._start_pads(pads, workers)
+            tracker.start(self._first_pose(camera, fingers, workers))
             vision = self._start_vision(camera, tracker, workers)
             fusion = self._start_fusion(workers)
             if self._view is not None:
@@ -158,6 +153,14 @@ class _Session:
             fingers.close()
             self._watch(status, fingers, workers)
         self._say("torque is off")
+        status.remarks = [
+            *device.remarks(),
+            *pads.remarks(),
+            *vision.remarks(),
+            *self._recorder.remarks(),
+        ]
+        if not fusion.count:
+            raise LiveError("; ".join([_why_no_pose(vision), *status.remarks]))
         return status
 
     def _writer(self) -> RecordingWriter | None:
@@ -194,15 +197,16 @@ class _Session:
         estimator = PoseEstimator(plan.hand, plan.obj, plan.config)
         estimator.update(Measurement(0.0, contacts, joints, T_co, self._devices.T_ch))
 
-    def _open(self, hand: Hand, workers: Workers) -> Fingers:
-        """Torque on, hand open."""
-        self._ask("The hand will move. Keep away from it, then press Enter: ")
-        hand.configure()
-        hand.enable()
-        fingers = Fingers(hand, self._plan.grasp, self._streams, self._clock, self._recorder)
-        workers.start("servos", fingers.run)
+    def _open(self, device: HandDevice, workers: Workers) -> Fingers:
+        """Torque on, hand open, every joint tried."""
+        plan = self._plan
+        self._wait_for("The hand will move. Keep away from it, then press Enter: ", workers)
+        device.configure()
+        device.enable()
+        fingers = Fingers(device, plan.hand, plan.grasp, self._streams, self._clock, self._recorder)
+        workers.start("hand", fingers.run)
         deadline = time.monotonic() + _OPENING
-        while fingers.phase is Phase.OPENING:
+        while fingers.phase is not Phase.OPEN:
             workers.check()
             if time.monotonic() > deadline:
                 raise LiveError(
@@ -212,29 +216,88 @@ class _Session:
             time.sleep(_GLANCE)
         return fingers
 
-    def _start_pads(self, board: PadBoard, workers: Workers) -> None:
-        plan, wiring = self._plan, self._plan.wiring
-        self._ask("Nothing may touch the pads now. Press Enter: ")
-        self._say(f"baseline of the pads, {BASELINE_SECONDS:.0f} s")
-        resistances = wiring.resistance(board.record(BASELINE_SECONDS))
-        baseline = measure_baseline(resistances, wiring, self._devices.scale)
-        detector = ContactDetector(wiring, self._devices.scale, baseline, plan.hand.pad_names)
-        pads = Pads(
-            board, detector, plan.hand.pad_names, self._streams, self._clock, self._recorder
+    def _wait_for(self, request: str, workers: Workers) -> None:
+        """Ask a person, and watch meanwhile; where nobody is asked, only say it."""
+
+        def watch() -> None:
+            workers.check()
+            if self._streams.count("joints"):
+                joints = self._streams.age("joints", self._clock.now_ns())
+                check_ages({"joints": joints}, self._plan.give_up)
+
+        if self._ask is None and self._devices.put_object is not None:
+            pass  # emulated: nobody is there
+        elif self._ask is None:
+            self._say(request.removesuffix(", then press Enter: ").removesuffix(" Press Enter: "))
+        else:
+            self._ask(request, watch)
+        watch()
+
+    def _compare_with_image(self, camera: Camera, fingers: Fingers) -> None:
+        """See that the hand is where joints and wrist calibration put it, before anything depends on it."""
+        joints = fingers.joints
+        assert joints is not None  # the hand is open
+        depth = still_image(camera)
+        self._say(
+            check_hand_view(depth, camera.intrinsics, self._plan.hand, joints, self._devices.T_ch)
         )
+
+    def _start_pads(self, device: PadDevice, workers: Workers) -> None:
+        self._wait_for("Nothing may touch the pads now. Press Enter: ", workers)
+        if found := device.prepare():
+            self._say(found)
+        pad_names = self._plan.hand.pad_names
+        pads = Pads(device, pad_names, self._streams, self._clock, self._recorder)
         workers.start("pads", pads.run)
 
-    def _first_pose(self, camera: Camera, fingers: Fingers) -> gtsam.Pose3:
-        """T_co of the object on the open hand."""
+    def _first_pose(self, camera: Camera, fingers: Fingers, workers: Workers) -> gtsam.Pose3:
+        """T_co of the object on the open hand, once it lies there."""
         plan, T_ch = self._plan, self._devices.T_ch
+        if self._devices.put_object is not None:
+            self._devices.put_object()
+        else:
+            self._wait_for(
+                f"Put {plan.obj.name} on the palm, take your hands away, then press Enter: ",
+                workers,
+            )
         if plan.T_ho is not None:
             return T_ch * plan.T_ho
-        found = find_object(camera, plan.obj, plan.hand, fingers.state.positions, T_ch)
+        waits = self._devices.put_object is None and self._ask is None
+        found = (
+            self._wait_for_object(camera, fingers, workers)
+            if waits
+            else self._find(camera, fingers)
+        )
         self._say(
             f"found {plan.obj.name} at --start {as_start(found, T_ch)}, which explains "
             f"{100 * found.score:.0f} % of what is seen"
         )
         return found.T_co
+
+    def _find(self, camera: Camera, fingers: Fingers) -> Candidate:
+        joints = fingers.joints
+        assert joints is not None  # the hand is open
+        return find_object(camera, self._plan.obj, self._plan.hand, joints, self._devices.T_ch)
+
+    def _wait_for_object(self, camera: Camera, fingers: Fingers, workers: Workers) -> Candidate:
+        """The object's pose once it has been found twice at the same place."""
+        self._say(
+            f"waiting for up to {_PLACING:.0f} s until the camera sees {self._plan.obj.name} lie still"
+        )
+        deadline, before = time.monotonic() + _PLACING, None
+        while True:
+            workers.check()
+            try:
+                found = self._find(camera, fingers)
+            except LiveError:
+                if time.monotonic() > deadline:
+                    raise
+                before = None
+                continue
+            mesh = self._plan.obj.mesh
+            if before is not None and adds(mesh, found.T_co, before.T_co) < APART:
+                return found
+            before = found
 
     def _start_vision(self, camera: Camera, tracker: DepthTracker, workers: Workers) -> Vision:
         vision = Vision(
@@ -284,3 +347,13 @@ class _Session:
             self._recorder.write("truth", instant_ns, T_co)
             if self._view is not None:
                 self._view.truth(instant_ns, T_co)
+
+
+def _why_no_pose(vision: Vision) -> str:
+    """Why a run gave no estimate."""
+    if vision.trouble or vision.odd_stamps:
+        return "no estimate, as no image could be used"
+    return (
+        f"no estimate: the tracker never saw the object, in none of {vision.lost} images. Is it where it was found, or "
+        "where --start says?"
+    )

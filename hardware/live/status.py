@@ -29,6 +29,9 @@ class Status:
         vision: Its camera and tracker.
         clock: The run's clock.
         out: Where the line goes; on a terminal it is written over.
+
+    Attributes:
+        remarks: What people should hear after the run; a line each.
     """
 
     def __init__(
@@ -51,6 +54,7 @@ class Status:
         self._first = {name: self._count(name) for name in _SHOWN}
         self._shown = -np.inf
         self._seconds = 0.0
+        self.remarks: list[str] = []
 
     def show(self) -> None:
         """Write the line, if it is time to."""
@@ -93,6 +97,7 @@ class Status:
             f"waited {self._fingers.waits} times, object not seen in {self._vision.lost} images, "
             f"came too late: {late or 'nothing'}",
             *self._fusion.latencies.lines(),
+            *(f"note: {remark}" for remark in self.remarks),
         ]
 
     def _count(self, name: str) -> int:
@@ -107,13 +112,17 @@ class Status:
 
     def _warmest(self) -> str:
         state = self._fingers.state
-        return "" if state is None else f"{np.nanmax(state.temperatures):.0f} °C"
+        if state is None or np.isnan(state.temperatures).all():
+            return ""
+        return f"{np.nanmax(state.temperatures):.0f} °C, {np.nanmin(state.voltages):.1f} V"
 
     def _pose(self, now_ns: int) -> str:
         ages = {name: self._streams.age(name, now_ns) for name in MAX_AGE}
         late = ", ".join(stale(ages))
         estimate = self._fusion.last
-        verdict = "waiting" if estimate is None else estimate.status
+        verdict = "no visual pose yet" if estimate is None else estimate.status
+        if self._vision.trouble:
+            return f"{verdict}, from touch alone ({self._vision.trouble})"
         return f"{verdict}, {late} too old" if late else verdict
 
 

@@ -60,10 +60,6 @@ class ServoError(VtgtsamError):
     """A servo refused what it was told or is in trouble; no torque is on."""
 
 
-class CommandError(ServoError):
-    """A commanded position breaks a rule; nothing was sent, torque stays as it was."""
-
-
 @dataclass(frozen=True)
 class Answer:
     """One servo's answer to a sync read.

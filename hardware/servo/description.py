@@ -4,8 +4,10 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from difflib import get_close_matches
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import yaml
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
@@ -14,12 +16,16 @@ from hardware.camera.wrist import TagMount
 from hardware.tactile.wiring import PadWiring
 from vtgtsam.exceptions import ConfigError
 
-from .table import BAUD_CODES, TICKS_PER_TURN, XL330
+from .table import BAUD_CODES, MODELS, STATE, TICKS_PER_TURN, X330, Model
+
+if TYPE_CHECKING:
+    from vtgtsam import HandModel
 
 DATA = Path(__file__).parents[1] / "data"
 
 _TICK = 2 * math.pi / TICKS_PER_TURN  # [rad]
-_Gain = Annotated[int, Field(ge=0, le=XL330["position_p_gain"].high)]
+_ServoName = Literal["XL330-M288-T", "XC330-M288-T", "XC330-T288-T"]
+_Gain = Annotated[int, Field(ge=0, le=X330["position_p_gain"].high)]
 
 
 class _Model(BaseModel):
@@ -44,16 +50,18 @@ class Joint(_Model):
         zero: Count at angle zero.
         limits: Least and largest angle that may be commanded [rad].
         gains: Position gains.
-        current: Largest current [A]; the stall current is 1.47 A.
+        current: Largest current [A]; an XL330's stall current is 1.47 A, an XC330's 1.80 A.
+        servo: The servo's model where it is not the hand's.
     """
 
     name: str
-    id: int = Field(ge=0, le=XL330["id"].high)
+    id: int = Field(ge=0, le=X330["id"].high)
     sign: Literal[1, -1]
     zero: int = Field(ge=0, lt=TICKS_PER_TURN)
     limits: tuple[float, float]
     gains: Gains
-    current: float = Field(default=0.3, gt=0, le=XL330["current_limit"].high / 1000)
+    current: float = Field(default=0.3, gt=0)
+    servo: _ServoName | None = None
 
     @model_validator(mode="after")
     def _check(self) -> Joint:
@@ -64,13 +72,22 @@ class Joint(_Model):
             )
         return self
 
-    def angle(self, ticks: float) -> float:
-        """Angle [rad] at a count."""
-        return self.sign * (ticks - self.zero) * _TICK
+    def turns(self, ticks: float) -> int:
+        """Whole turns by which a servo counts more than this file, which has ``zero`` in 0..4095.
 
-    def ticks(self, angle: float) -> int:
-        """Count nearest to an angle [rad]."""
-        return round(self.zero + self.sign * angle / _TICK)
+        After power on a servo counts from 0 to 4095, wherever the joint's zero lies, and from there on beyond. Since
+        the limits are less than a turn apart, only one turn brings a count near them.
+        """
+        middle = self.zero + self.sign * sum(self.limits) / 2 / _TICK
+        return round((ticks - middle) / TICKS_PER_TURN)
+
+    def angle(self, ticks: float) -> float:
+        """Angle [rad] at a count, of the turn that brings it nearest to the limits."""
+        return self.sign * (ticks - TICKS_PER_TURN * self.turns(ticks) - self.zero) * _TICK
+
+    def ticks(self, angle: float, turns: int = 0) -> int:
+        """Count nearest to an angle [rad] for a servo that counts so many turns more."""
+        return round(self.zero + self.sign * angle / _TICK) + TICKS_PER_TURN * turns
 
     @property
     def label(self) -> str:
@@ -82,7 +99,9 @@ class HandDescription(_Model):
     """A built hand.
 
     Attributes:
-        hand: Its model, a name or path for ``vtgtsam.load_hand``.
+        hand: Its model, a name or path for ``vtgtsam.load_hand``; a path is relative to the file.
+        grasp: How it closes, a name or path for ``vtgtsam.grasp.load_grasp``; ``hand`` where not given.
+        servo: The servos' model.
         baud: The rate all servos are set to.
         watchdog: A servo stops by itself when it hears nothing for so long [s].
         max_step: Largest distance of a command from where the joint is [rad].
@@ -90,12 +109,14 @@ class HandDescription(_Model):
         patience: How long a cycle waits for answers beyond their time on the line [s].
         check_clocks: Whether an answer is refused that by the servo's own clock was made before the
             question, or after a restart.
-        joints: The joints, in the order of the hand's model.
+        joints: The joints, in any order: they go by name.
         pads: How the pads are wired to the pad board; None for a hand without pads.
         wrist_tag: The AprilTag on the wrist; None for a hand without one.
     """
 
     hand: str
+    grasp: str = ""
+    servo: _ServoName = "XL330-M288-T"
     baud: int
     watchdog: float = Field(default=0.2, ge=0.04, le=2.54)
     max_step: float = Field(default=0.35, gt=0, le=1.0)
@@ -117,7 +138,30 @@ class HandDescription(_Model):
             doubles = sorted({v for v in values if values.count(v) > 1})
             if doubles:
                 raise ValueError(f"each joint needs its own {what}; given twice: {doubles}")
+        for joint in self.joints:
+            most = self.model(joint).largest_current / 1000
+            if joint.current > most:
+                raise ValueError(
+                    f"{joint.label}: current must be at most {most} A for an {joint.servo or self.servo}, "
+                    f"got {joint.current}"
+                )
         return self
+
+    def model(self, joint: Joint) -> Model:
+        """The kind of servo that drives a joint."""
+        return MODELS[joint.servo or self.servo]
+
+    def model_name(self, joint: Joint) -> str:
+        """What that kind is called."""
+        return joint.servo or self.servo
+
+    @property
+    def cycle(self) -> float:
+        """What one cycle of the loop takes on the line [s]: goals out, states back."""
+        count = len(self.joints)
+        reading = 14 + count + count * (11 + STATE.size)
+        writing = 14 + count * 5
+        return (reading + writing) * 10 / self.baud  # a start and a stop bit to each byte
 
     @property
     def joint_names(self) -> tuple[str, ...]:
@@ -134,21 +178,56 @@ def load_description(name_or_path: str | Path) -> HandDescription:
     Raises:
         ConfigError: There is no such file, or something in it is wrong.
     """
-    path = Path(name_or_path)
-    if path.suffix not in (".yaml", ".yml"):
-        path = DATA / f"{name_or_path}.yaml"
+    path = description_path(name_or_path)
     try:
-        content = yaml.safe_load(path.read_text())
+        content = yaml.safe_load(path.read_text(encoding="utf-8"))
+        if not isinstance(content, dict):
+            raise ConfigError(f"{path} must be a mapping as hardware/data/isyhand.yaml is")
+        for key in ("hand", "grasp"):  # beside this file, or a name
+            if isinstance(name := content.get(key), str) and (path.parent / name).is_file():
+                content[key] = str(path.parent / name)
         return HandDescription.model_validate(content)
     except FileNotFoundError:
         known = ", ".join(sorted(file.stem for file in DATA.glob("*.yaml")))
         raise ConfigError(
-            f"no hand {name_or_path!r}: give a .yaml file or one of: {known}"
+            f"no hand {str(name_or_path)!r}: give a .yaml file or one of: {known}"
         ) from None
-    except yaml.YAMLError as error:
-        raise ConfigError(f"{path} is not YAML: {error}") from error
+    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
+        raise ConfigError(f"cannot read {path}: {' '.join(str(error).split())}") from error
     except ValidationError as error:
         raise ConfigError(f"{path}: {_first_mistake(error)}") from error
+
+
+def description_path(name_or_path: str | Path) -> Path:
+    """The file of a hand given by name or path; it need not be there."""
+    path = Path(name_or_path)
+    return path if path.suffix in (".yaml", ".yml") else DATA / f"{name_or_path}.yaml"
+
+
+def misfits(description: HandDescription, hand: HandModel) -> list[str]:
+    """Where a built hand's file and the hand's model do not name the same joints and pads; empty where they do.
+
+    Joints that the model couples to others need no servo.
+    """
+    found, here = [], set(description.joint_names)
+    if unknown := [name for name in description.joint_names if name not in hand.joint_names]:
+        found.append(
+            f"no joints of the model: {', '.join(_suggest(n, hand.joint_names) for n in unknown)}"
+        )
+    needed = [name for name in hand.joint_names if name not in hand.coupled_joints]
+    if missing := [name for name in needed if name not in here]:
+        found.append(f"joints of the model without a servo: {', '.join(missing)}")
+    if description.pads is not None:
+        try:
+            description.pads.input_of(hand.pad_names)
+        except ConfigError as error:
+            found.append(str(error))
+    return found
+
+
+def _suggest(name: str, names: Sequence[str]) -> str:
+    alike = get_close_matches(name, names, 1)
+    return f"{name} (is it {alike[0]}?)" if alike else name
 
 
 def wiring_of(description: HandDescription) -> PadWiring:

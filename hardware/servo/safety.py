@@ -11,13 +11,13 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-import numpy as np
-from numpy.typing import ArrayLike
+from hardware.device import CommandError, HandState
 
-from .bus import Bus, BusError, CommandError, ServoError, SyncRead
+from .bus import Bus, BusError, ServoError, SyncRead
 from .description import HandDescription, Joint
 from .setup import describe_error
-from .state import HandState, StateTracker
+from .state import StateTracker
+from .table import OBEDIENCE
 
 log = logging.getLogger(__name__)
 
@@ -31,14 +31,16 @@ class Trouble:
     """Why the hand must stop."""
 
     alerts: list[Joint] = field(default_factory=list)
+    disobedient: list[Joint] = field(default_factory=list)
     silent: list[Joint] = field(default_factory=list)
     reasons: list[str] = field(default_factory=list)
 
     def __bool__(self) -> bool:
-        return bool(self.alerts or self.silent or self.reasons)
+        return bool(self.alerts or self.disobedient or self.silent or self.reasons)
 
     def describe(self, bus: Bus) -> str:
         """In words, after asking the servos concerned; torque should be off by then."""
+        self.reasons += [f"{joint.label} does not take its goals" for joint in self.disobedient]
         words = [_describe_alert(bus, joint.id) for joint in self.alerts] + self.reasons
         if self.silent:
             words.append(_describe_silence(bus, self.silent))
@@ -46,10 +48,17 @@ class Trouble:
 
 
 class Guard:
-    """Judges cycles."""
+    """Judges cycles.
 
-    def __init__(self, joints: Sequence[Joint]) -> None:
+    Attributes:
+        lowest: Least supply voltage that each joint's servo has reported [V], by joint name.
+    """
+
+    def __init__(self, description: HandDescription) -> None:
+        joints = description.joints
         self._joints = tuple(joints)
+        self._least = [description.model(joint).supply[0] for joint in joints]
+        self.lowest = {joint.name: math.inf for joint in joints}
         self._lost_goals = [0] * len(joints)
         self._warned: set[int] = set()
 
@@ -76,9 +85,8 @@ class Guard:
                     f"{joint.label} restarted by itself: is the supply strong enough?"
                 )
             if self._goal_lost(index, tracker, sent):
-                trouble.reasons.append(
-                    f"{joint.label} does not take its goals: did its watchdog stop it?"
-                )
+                trouble.disobedient.append(joint)
+            self._see_supply(index, float(state.voltages[index]))
             if self._hot(joint, float(state.temperatures[index])):
                 trouble.reasons.append(f"{joint.label} is hotter than {HOT:.0f} degrees")
         return trouble
@@ -90,6 +98,18 @@ class Guard:
             lost = servo_id in sent and tracker.goals[servo_id] != sent[servo_id]
             self._lost_goals[index] = self._lost_goals[index] + 1 if lost else 0
         return self._lost_goals[index] >= MAX_LOST_GOALS
+
+    def _see_supply(self, index: int, volts: float) -> None:
+        """Remember the least voltage; warn once where it is too low."""
+        joint = self._joints[index]
+        if volts < self._least[index] <= self.lowest[joint.name]:
+            log.warning(
+                "%s has %.1f V, too little: check supply and cables; servos restart below",
+                joint.label,
+                volts,
+            )
+        if volts < self.lowest[joint.name]:
+            self.lowest[joint.name] = volts
 
     def _hot(self, joint: Joint, degrees: float) -> bool:
         """Whether it is too hot; warns once before."""
@@ -131,19 +151,26 @@ def _labels(joints: Sequence[Joint]) -> str:
 MAX_AGE = 0.1  # [s], of the position a step is measured from
 
 
-def by_joint(
-    description: HandDescription, positions: Mapping[str, float] | ArrayLike
-) -> dict[str, float]:
-    """Commanded angles [rad] by joint name, from such a mapping or an array in joint order."""
-    names = description.joint_names
-    if isinstance(positions, Mapping):
-        if unknown := sorted(set(positions) - set(names)):
-            raise CommandError(f"no joints {', '.join(unknown)}; there are: {', '.join(names)}")
-        return {name: float(angle) for name, angle in positions.items()}
-    angles = np.asarray(positions, dtype=float)
-    if angles.shape != (len(names),):
-        raise CommandError(f"need {len(names)} angles, got an array of shape {angles.shape}")
-    return dict(zip(names, angles.tolist(), strict=True))
+def disobedience(bus: Bus, joint: Joint, watchdog: float) -> str:
+    """Why a servo with torque on would not move as told, or an empty string; asked once, without patience.
+
+    Args:
+        bus: The line.
+        joint: The servo's joint.
+        watchdog: Silence after which it stops by itself [s].
+    """
+    read = bus.sync_read([joint.id], OBEDIENCE)
+    if joint.id not in read.answers:
+        return ""
+    values = read.answers[joint.id].values
+    if values["bus_watchdog"] == -1:
+        return (
+            f"{joint.label} was stopped by its watchdog, as it had heard nothing for {watchdog:g} s: was this "
+            "program paused, or the line interrupted?"
+        )
+    if not values["torque_enable"]:
+        return f"{joint.label} has no torque any more: did another program take it off?"
+    return ""
 
 
 def check_command(
@@ -160,6 +187,9 @@ def check_command(
     Raises:
         CommandError: It does; every joint concerned is named.
     """
+    names = description.joint_names
+    if unknown := sorted(set(angles) - set(names)):
+        raise CommandError(f"no joints {', '.join(unknown)}; there are: {', '.join(names)}")
     wrong = []
     for index, joint in enumerate(description.joints):
         if joint.name in angles:

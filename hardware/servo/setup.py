@@ -14,9 +14,10 @@ from .table import (
     CAREFUL_SHUTDOWN,
     CURRENT_BASED_POSITION,
     HARDWARE_ERRORS,
-    MODEL,
+    MODELS,
     Block,
     from_si,
+    model_name,
     register,
 )
 
@@ -27,30 +28,58 @@ _PATIENCE = 0.2  # [s]
 _SHORT = 0.05  # [s], where perhaps nobody is there
 
 
-def check_servos(bus: Bus, joints: Sequence[Joint]) -> None:
-    """See that every joint's servo is there and is an XL330-M288-T.
+def check_servos(bus: Bus, description: HandDescription) -> None:
+    """See that every joint's servo is there and of the model that the hand's file says.
 
     Raises:
         BusError: Some are not; all of them are named.
     """
+    joints = description.joints
     # A servo set to answer reads only would look as if it ignored every write.
     bus.sync_write("status_return_level", {joint.id: 2 for joint in joints})
     models = _models(bus, joints, attempts=1, patience=_SHORT)
     if not models:
         raise BusError(
             f"no servo answers on {bus.path} at {bus.baud} baud: is the hand's power on, the right "
-            "port given, and the baud rate in its file the servos'?"
+            "port given, and the baud rate in its file the servos'? `python -m hardware check` looks for them"
         )
     models |= _models(bus, [j for j in joints if j.id not in models], _ATTEMPTS, _PATIENCE)
     silent = [joint.label for joint in joints if joint.id not in models]
     wrong = [f"no answer from {', '.join(silent)}: check their cables and ids"] if silent else []
-    wrong += [
-        f"{joint.label} is model {models[joint.id]}, not an XL330-M288-T ({MODEL})"
-        for joint in joints
-        if models.get(joint.id, MODEL) != MODEL
-    ]
-    if wrong:
+    if wrong := wrong + wrong_models(description, models):
         raise BusError("; ".join(wrong))
+
+
+def wrong_models(description: HandDescription, models: Mapping[int, int]) -> list[str]:
+    """What to say of servos that are of another model than the hand's file says; a line for each model.
+
+    Args:
+        description: The hand.
+        models: Model numbers of the servos that answer, by id.
+    """
+    others: dict[tuple[str, str], list[Joint]] = {}
+    for joint in description.joints:
+        said = description.model_name(joint)
+        if joint.id in models and models[joint.id] != MODELS[said].number:
+            others.setdefault((model_name(models[joint.id]), said), []).append(joint)
+    lines = []
+    for (found, said), joints in others.items():
+        whole = len(joints) == len(description.joints)
+        who = (
+            f"all {len(joints)} servos are"
+            if whole
+            else f"{', '.join(j.label for j in joints)}: each is"
+        )
+        if len(joints) == 1:
+            who = f"{joints[0].label} is"
+        where = "" if whole else " at these joints"
+        cure = (
+            f"write `servo: {found}`{where} in the hand's file"
+            if found in MODELS
+            else f"this program knows {', '.join(MODELS)}; is it the right id?"
+        )
+        lines.append(f"{who} {found}, the hand's file says {said}: {cure}")
+    return lines
 
 
 def _models(bus: Bus, joints: Sequence[Joint], attempts: int, patience: float) -> dict[int, int]:
@@ -181,6 +210,7 @@ def turn_on(bus: Bus, ids: Sequence[int], watchdog: float) -> None:
         watchdog: Silence after which a servo stops by itself [s].
     """
     for servo_id in ids:
+        bus.write(servo_id, "bus_watchdog", 0)  # one that has tripped takes no goals
         bus.write(servo_id, "goal_position", bus.read(servo_id, "present_position"))
         bus.write(servo_id, "bus_watchdog", from_si("bus_watchdog", watchdog))
     for servo_id in ids:
@@ -206,7 +236,7 @@ def turn_off(bus: Bus, ids: Sequence[int], patience: float) -> None:
             why = str(error)
         if not left:
             return
-    names = ", ".join(bus.label(i) for i in left)
+    names = "all servos" if len(left) == len(ids) > 1 else ", ".join(bus.label(i) for i in left)
     raise TorqueError(f"torque not confirmed off: cut the power! ({names}: {why})")
 
 

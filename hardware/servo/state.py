@@ -4,60 +4,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from enum import Enum
 
 import numpy as np
 
+from hardware.device import HandState
+
 from .bus import Answer, SyncRead
 from .description import Joint
-from .table import Block, to_si
-
-# All that matters in one piece: whether the last goal arrived, clock, motion, supply, heat.
-STATE = Block(
-    [
-        "goal_position",
-        "realtime_tick",
-        "moving",
-        "moving_status",
-        "present_pwm",
-        "present_current",
-        "present_velocity",
-        "present_position",
-        "velocity_trajectory",
-        "position_trajectory",
-        "present_input_voltage",
-        "present_temperature",
-    ]
-)
-
-
-@dataclass(frozen=True, eq=False)
-class HandState:
-    """The joints at one instant; arrays in the order of ``joint_names``, shape (J,).
-
-    A joint whose servo did not answer this cycle keeps its last values, and its age says so; one
-    that has never answered is NaN with age infinity.
-
-    Attributes:
-        time: The middle of the bus transaction, monotonic clock [s].
-        joint_names: Names of the joints.
-        positions: Angles [rad].
-        velocities: [rad/s].
-        currents: What the servos draw, positive where they push towards larger angles [A].
-        voltages: Supply at each servo [V].
-        temperatures: [degrees Celsius].
-        ages: How old each joint's values are at ``time`` [s]; 0 where it answered this cycle.
-    """
-
-    time: float
-    joint_names: tuple[str, ...]
-    positions: np.ndarray
-    velocities: np.ndarray
-    currents: np.ndarray
-    voltages: np.ndarray
-    temperatures: np.ndarray
-    ages: np.ndarray
+from .table import to_si
 
 
 class StateTracker:
@@ -67,6 +22,7 @@ class StateTracker:
         misses: How many cycles in a row each joint has had no good answer, shape (J,).
         restarted: Whether each joint's servo has restarted unasked, shape (J,).
         goals: Goal position each servo last reported [ticks], by servo id.
+        turns: Whole turns by which each joint's servo counts more than the hand's file, shape (J,).
     """
 
     def __init__(self, joints: Sequence[Joint], check_clocks: bool) -> None:
@@ -78,6 +34,7 @@ class StateTracker:
         self.misses = np.zeros(len(joints), dtype=int)
         self.restarted = np.zeros(len(joints), dtype=bool)
         self.goals: dict[int, int] = {}
+        self.turns = np.zeros(len(joints), dtype=int)
 
     def forget_clocks(self) -> None:
         """The servos may have been restarted on purpose."""
@@ -95,6 +52,7 @@ class StateTracker:
             self.misses[index] = 0
             self._answered[index] = read.time
             self.goals[joint.id] = answer.values["goal_position"]
+            self.turns[index] = joint.turns(answer.values["present_position"])
             self._values[:, index] = _in_si(joint, answer.values)
         return self._state(read.time)
 
@@ -155,7 +113,22 @@ class Freshness(Enum):
 
 
 class ServoClock:
-    """One servo's clock, compared with ours from answer to answer."""
+    """Tells whether a servo made its answer after it was asked, by its own clock.
+
+    When a USB hub stalls, the answers to one cycle's question may arrive in the next cycle, and look
+    like its answers. From then on each position would be a cycle too old, unnoticed. But every servo
+    counts milliseconds (Realtime Tick, 0..32767, then from 0 again). An answer cannot arrive before it
+    was made, so
+
+        t_ours - t_servo <= t_arrival - tick
+
+    and the least right side so far, grown by how much the clocks may have drifted apart since, bounds
+    the offset between them from above. With it, the tick of an answer tells the latest time at which it
+    can have been made. Where that is before the question, the answer is an old one.
+
+    The same comparison shows a servo that has restarted by itself, as after a dip of its supply; it then
+    holds no torque and has lost its gains and its current cap.
+    """
 
     def __init__(self) -> None:
         self._offset: float | None = None  # [s], ours minus the servo's, at most

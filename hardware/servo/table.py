@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: MIT
-"""The control table of the XL330-M288-T, as data.
+"""The control table of the X330 servos, as data, and what differs between them.
 
-Source: ROBOTIS e-manual, "XL330-M288-T", sections "Control Table of EEPROM Area" and "Control Table
-of RAM Area", https://emanual.robotis.com/docs/en/dxl/x/xl330-m288/ . Which registers are signed is
+Source: ROBOTIS e-manual, "XL330-M288-T", "XC330-M288-T" and "XC330-T288-T", sections "Control Table of EEPROM
+Area" and "Control Table of RAM Area", https://emanual.robotis.com/docs/en/dxl/x/xl330-m288/ . Addresses, sizes
+and units are the same for all; starting values are the XL330-M288-T's. Which registers are signed is
 not in its tables but in the ranges it describes. Indirect registers (168 and up) are left out: all
 that is read in a cycle stands together.
 """
@@ -14,7 +15,6 @@ import struct
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-MODEL = 1200  # what an XL330-M288-T answers to a ping
 TICKS_PER_TURN = 4096
 CURRENT_BASED_POSITION = 5  # the operating mode in which Goal Current caps the current
 CAREFUL_SHUTDOWN = 53  # torque off on overload 32, electrical shock 16, overheating 4, voltage 1
@@ -80,13 +80,42 @@ def _read_only(address: int, size: int, scale: float = 1.0, signed: bool = False
     return Register(address, size, low, low + (1 << 8 * size) - 1, scale=scale, writable=False)
 
 
+@dataclass(frozen=True)
+class Model:
+    """A kind of servo.
+
+    Attributes:
+        number: What it answers to a ping.
+        largest_current: Of its Current Limit [mA].
+        supply: Voltages between which it works well [V].
+    """
+
+    number: int
+    largest_current: int
+    supply: tuple[float, float]
+
+
+MODELS = {
+    "XL330-M288-T": Model(1200, 1750, (4.5, 5.5)),  # 3.7 to 6 V, 5 V recommended
+    "XC330-M288-T": Model(1240, 2352, (4.5, 5.5)),
+    "XC330-T288-T": Model(1220, 910, (9.0, 12.6)),  # 5.5 to 14 V, 11.1 V recommended
+}
+
+
+def model_name(number: int) -> str:
+    """What a servo is called that answers with this model number."""
+    return next(
+        (name for name, model in MODELS.items() if model.number == number), f"model {number}"
+    )
+
+
 _TICK = 2 * math.pi / TICKS_PER_TURN  # [rad]
 _RPM = 0.229 * 2 * math.pi / 60  # [rad/s]
 _MA = 1e-3  # [A]
 _TURNS = 256 * TICKS_PER_TURN - 1  # modes 4 and 5 count turns and ignore the position limits
 
 # fmt: off
-XL330: dict[str, Register] = {
+X330: dict[str, Register] = {
     # EEPROM                           address size   low    high  initial
     "model_number":            _read_only(0, 2),
     "model_information":       _read_only(2, 4),
@@ -101,10 +130,10 @@ XL330: dict[str, Register] = {
     "homing_offset":            Register(20, 4, -1_044_479, 1_044_479, 0, scale=_TICK),
     "moving_threshold":         Register(24, 4,         0,   1023,   10, scale=_RPM),
     "temperature_limit":        Register(31, 1,         0,    100,   70),
-    "max_voltage_limit":        Register(32, 2,        31,     70,   70, scale=0.1),
-    "min_voltage_limit":        Register(34, 2,        31,     70,   35, scale=0.1),
+    "max_voltage_limit":        Register(32, 2,        31,    140,   70, scale=0.1),
+    "min_voltage_limit":        Register(34, 2,        31,    140,   35, scale=0.1),
     "pwm_limit":                Register(36, 2,         0,    885,  885),
-    "current_limit":            Register(38, 2,         0,   1750, 1750, scale=_MA),
+    "current_limit":            Register(38, 2,         0,   2352, 1750, scale=_MA),
     "velocity_limit":           Register(44, 4,         0,   2047,  445, scale=_RPM),
     "max_position_limit":       Register(48, 4,         0,   4095, 4095, scale=_TICK),
     "min_position_limit":       Register(52, 4,         0,   4095,    0, scale=_TICK),
@@ -126,7 +155,7 @@ XL330: dict[str, Register] = {
     "feedforward_1st_gain":     Register(90, 2,         0, 16_383,    0),
     "bus_watchdog":             Register(98, 1,        -1,    127,    0, scale=0.02),
     "goal_pwm":                Register(100, 2,      -885,    885,  885),
-    "goal_current":            Register(102, 2,     -1750,   1750, 1750, scale=_MA),
+    "goal_current":            Register(102, 2,     -2352,   2352, 1750, scale=_MA),
     "goal_velocity":           Register(104, 4,     -2047,   2047,  445, scale=_RPM),
     "profile_acceleration":    Register(108, 4,         0, 32_767,    0),
     "profile_velocity":        Register(112, 4,         0, 32_767,    0, scale=_RPM),
@@ -153,10 +182,10 @@ _FORMATS |= {(size, True): letter.lower() for (size, _), letter in _FORMATS.item
 
 def register(name: str) -> Register:
     """The register of that name; an unknown one is a ValueError that lists those alike."""
-    if name not in XL330:
-        alike = [known for known in XL330 if set(name.split("_")) & set(known.split("_"))]
-        raise ValueError(f"no register {name!r}; alike: {', '.join(alike) or ', '.join(XL330)}")
-    return XL330[name]
+    if name not in X330:
+        alike = [known for known in X330 if set(name.split("_")) & set(known.split("_"))]
+        raise ValueError(f"no register {name!r}; alike: {', '.join(alike) or ', '.join(X330)}")
+    return X330[name]
 
 
 def encode(name: str, count: int) -> bytes:
@@ -192,7 +221,7 @@ def from_si(name: str, value: float) -> int:
 
 
 class Block:
-    """Registers that stand one after the other, read together.
+    """Registers that stand near each other, read together with what lies between them.
 
     Attributes:
         names: Their names.
@@ -202,14 +231,39 @@ class Block:
 
     def __init__(self, names: Sequence[str]) -> None:
         entries = [register(name) for name in names]
-        for name, entry, after in zip(names, entries, entries[1:], strict=False):
-            if entry.address + entry.size != after.address:
-                raise ValueError(f"a block must have no gaps, there is one after {name}")
         self.names = tuple(names)
-        self.address = entries[0].address
-        self._struct = struct.Struct("<" + "".join(_FORMATS[e.size, e.signed] for e in entries))
+        self.address = at = entries[0].address
+        layout = "<"
+        for name, entry in zip(names, entries, strict=True):
+            if entry.address < at:
+                raise ValueError(f"a block must be in the order of addresses, {name} is not")
+            layout += f"{entry.address - at}x{_FORMATS[entry.size, entry.signed]}"
+            at = entry.address + entry.size
+        self._struct = struct.Struct(layout)
         self.size = self._struct.size
 
     def decode(self, data: bytes) -> dict[str, int]:
         """Counts by register name."""
         return dict(zip(self.names, self._struct.unpack(data), strict=True))
+
+
+# All that matters in one piece: whether the last goal arrived, clock, motion, supply, heat.
+STATE = Block(
+    [
+        "goal_position",
+        "realtime_tick",
+        "moving",
+        "moving_status",
+        "present_pwm",
+        "present_current",
+        "present_velocity",
+        "present_position",
+        "velocity_trajectory",
+        "position_trajectory",
+        "present_input_voltage",
+        "present_temperature",
+    ]
+)
+
+# What says whether a servo still obeys; read of one servo at a time, as it takes no goals from it.
+OBEDIENCE = Block(["torque_enable", "hardware_error_status", "bus_watchdog"])

@@ -25,6 +25,7 @@ from vtgtsam.exceptions import VtgtsamError
 from .frame import READINGS, Frame, FrameReader, FrameVersionError
 
 BAUD = 115_200  # a board on native USB ignores it
+_BAD = 0.01  # share of lost frames that deserves a word
 _HISTORY = 3000  # [readings], a minute at 50 Hz
 _POLL = 0.05  # [s], the longest wait of the reading thread
 
@@ -60,11 +61,15 @@ class BoardCounts:
                 f"{self.bytes} bytes arrived but no frame: another device, another baud rate, or "
                 "another sketch than hardware/firmware/pad_board"
             )
-        if self.lost > 0.05 * self.frames:
-            return f"{self.lost} of {self.frames + self.lost} frames were lost: check cable and hub"
+        found = []
+        if self.lost > _BAD * self.frames:
+            found.append(
+                f"{self.lost} of {self.frames + self.lost} frames were lost: check cable and hub"
+            )
         if self.restarts:
-            return f"the board restarted {self.restarts} times: check its power supply"
-        return ""
+            times = "once" if self.restarts == 1 else f"{self.restarts} times"
+            found.append(f"the pad board restarted {times}: check its power supply")
+        return "; ".join(found)
 
 
 class PadBoard:

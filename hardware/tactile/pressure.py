@@ -12,6 +12,7 @@ touching the hand. The scale R_base - R_6N belongs to the pad and is measured on
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,9 +20,13 @@ from pathlib import Path
 import numpy as np
 import yaml
 
+from hardware.device import PadDevice, PadState
 from vtgtsam.exceptions import ConfigError, VtgtsamError
 
+from .board import PadBoard
 from .wiring import PadWiring
+
+log = logging.getLogger(__name__)
 
 BASELINE_SECONDS = 2.0
 STEADY = 0.02  # of the baseline: more scatter or a greater shift within the 2 s is a touch
@@ -175,6 +180,8 @@ def load_scale(path: str | Path, wiring: PadWiring) -> PadScale:
     """
     try:
         document = yaml.safe_load(Path(path).read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise ConfigError(f"there is no pad calibration {path} yet: {_ADVICE}") from None
     except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
         detail = " ".join(str(error).split())
         raise ConfigError(
@@ -211,20 +218,6 @@ def _entry(entry: object, where: str) -> tuple[float, float]:
     return baseline, drop
 
 
-@dataclass(frozen=True, eq=False)
-class PadState:
-    """All pads at one instant, in the order of the hand's pads.
-
-    Attributes:
-        pressure: Fraction of a press with 6 N, shape (K,); NaN where a pad is disabled or its input
-            open or shorted.
-        contacts: Contact bits, shape (K,); off where the pressure is NaN.
-    """
-
-    pressure: np.ndarray
-    contacts: np.ndarray
-
-
 class ContactDetector:
     """Turns the board's readings into contact bits; remembers which pads are in contact."""
 
@@ -259,3 +252,77 @@ class ContactDetector:
         self._touched = inputs > level  # NaN compares false: a dead input is never in contact
         pads = np.where(self._off, np.nan, inputs[self._input_of])
         return PadState(pressure=pads, contacts=self._touched[self._input_of] & ~self._off)
+
+
+class BoardPads(PadDevice):
+    """A hand's pads behind a pad board, calibrated for one run.
+
+    Args:
+        port: The board's serial port.
+        wiring: The pads as the board sees them.
+        scale: Their bench calibration.
+        pad_names: The hand's pads, in the order in which states are wanted.
+
+    Raises:
+        PadBoardError: The board is not there or sends nothing.
+    """
+
+    def __init__(
+        self, port: str, wiring: PadWiring, scale: PadScale, pad_names: Iterable[str]
+    ) -> None:
+        self._wiring, self._scale, self._names = wiring, scale, tuple(pad_names)
+        self._detector: ContactDetector | None = None
+        self._dead: dict[str, int] = {}  # readings without a pressure, by pad
+        self._readings = 0
+        self._board = PadBoard(port, inputs=len(wiring.inputs))
+        try:
+            self._board.wait()
+        except BaseException:
+            self._board.close()
+            raise
+
+    def prepare(self) -> str:
+        """Measure the baseline, which takes 2 s.
+
+        Raises:
+            PadCalibrationError: Pads are touched, moving or dead; they are named.
+            PadBoardError: The board was unplugged.
+        """
+        resistances = self._wiring.resistance(self._board.record(BASELINE_SECONDS))
+        baseline = measure_baseline(resistances, self._wiring, self._scale)
+        self._detector = ContactDetector(self._wiring, self._scale, baseline, self._names)
+        return f"baseline of {len(self._names)} pads measured"
+
+    def since(self, instant: float) -> list[tuple[float, PadState]]:
+        """States of all pads after an instant [s]."""
+        if self._detector is None:
+            raise ValueError("call prepare() before since()")
+        return [
+            (reading.time, self._state(reading.values)) for reading in self._board.since(instant)
+        ]
+
+    def remarks(self) -> list[str]:
+        """Frames lost, restarts, pads whose wire came off."""
+        lines = [text] if (text := self._board.counts().diagnosis()) else []
+        for name, dead in self._dead.items():
+            lines.append(
+                f"{name} was open or shorted in {dead} of {self._readings} readings: its contact bit was off and its "
+                "pressure is recorded as 0; check its wire"
+            )
+        return lines
+
+    def close(self) -> None:
+        """Give the port back."""
+        self._board.close()
+
+    def _state(self, values: np.ndarray) -> PadState:
+        assert self._detector is not None
+        state = self._detector.update(values)
+        self._readings += 1
+        for index in np.flatnonzero(np.isnan(state.pressure)):
+            name = self._names[index]
+            if name not in self._wiring.disabled:
+                if name not in self._dead:
+                    log.warning("%s is open or shorted: check its wire", name)
+                self._dead[name] = self._dead.get(name, 0) + 1
+        return state

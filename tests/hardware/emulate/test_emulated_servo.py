@@ -16,7 +16,7 @@ from hardware.emulate.servo import (
     RANGE,
     EmulatedServo,
 )
-from hardware.servo.table import XL330, encode
+from hardware.servo.table import X330, encode
 
 
 @pytest.fixture
@@ -25,7 +25,7 @@ def servo():
 
 
 def write(servo, name, count):
-    return servo.write(XL330[name].address, encode(name, count))
+    return servo.write(X330[name].address, encode(name, count))
 
 
 def run(servo, seconds, plant=None, dt=0.005):

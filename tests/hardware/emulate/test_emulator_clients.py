@@ -12,9 +12,10 @@ import pytest
 
 from hardware.emulate.servos import ServoLineEmulator
 from hardware.servo.bus import Bus
-from hardware.servo.table import MODEL, XL330, Block, encode
+from hardware.servo.table import MODELS, X330, Block, encode
 
 BAUD = 1_000_000
+MODEL = MODELS["XL330-M288-T"].number
 IDS = [11, 12, 21, 52]
 MOTION = Block(["present_current", "present_velocity", "present_position"])
 
@@ -27,7 +28,7 @@ def line():
         for servo in emulator.servos.values():
             servo.advance = lambda dt: None
             for name in ("position_p_gain", "goal_current", "goal_position", "homing_offset"):
-                servo.set(name, rng.randint(XL330[name].low, XL330[name].high))
+                servo.set(name, rng.randint(X330[name].low, X330[name].high))
             for name in MOTION.names:
                 servo.set(name, rng.randint(-5000, 5000))
         # -1 before -3 puts FF FF FD into the data, which must be stuffed.
@@ -79,7 +80,7 @@ def insist(call, *arguments, attempts=20):
 
 def sdk_read(client, servo_id, name):
     port, packets = client
-    entry = XL330[name]
+    entry = X330[name]
     read = {1: packets.read1ByteTxRx, 2: packets.read2ByteTxRx, 4: packets.read4ByteTxRx}
     count, result, error = insist(read[entry.size], port, servo_id, entry.address)
     assert (result, error) == (sdk.COMM_SUCCESS, 0)
@@ -87,12 +88,12 @@ def sdk_read(client, servo_id, name):
 
 
 def test_the_sdk_reads_what_the_servos_hold(line, sdk_client):
-    for name in XL330:
+    for name in X330:
         assert [sdk_read(sdk_client, i, name) for i in IDS] == truth(line, name), name
 
 
 def test_rustypot_reads_what_the_servos_hold(line, rusty):
-    for name, entry in XL330.items():
+    for name, entry in X330.items():
         for servo_id in IDS:
             data, error = rusty.read_raw_data_with_error(servo_id, entry.address, entry.size)
             count = line.servos[servo_id].get(name)
@@ -102,7 +103,7 @@ def test_rustypot_reads_what_the_servos_hold(line, rusty):
 
 def test_our_bus_reads_what_the_servos_hold(line):
     with Bus(line.path, BAUD) as bus:
-        for name in XL330:
+        for name in X330:
             assert [bus.read(i, name, attempts=20) for i in IDS] == truth(line, name), name
         answers = next(a for _ in range(20) if len(a := bus.sync_read(IDS, MOTION).answers) == 4)
     for name in MOTION.names:

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 from __future__ import annotations
 
+import errno
 import threading
 
 import pytest
@@ -54,13 +55,18 @@ def test_one_failing_thread_stops_all_and_the_main_thread_hears_why():
 
 
 class FullDisk:
+    path = "out.mcap"
+
     def joint_states(self, time, value):
-        raise OSError("no space left")
+        raise OSError(errno.ENOSPC, "No space left on device")
 
     def close(self):
         pass
 
 
 def test_a_full_disk_is_not_silent():
-    with pytest.raises(OSError, match="no space left"), Recorder(FullDisk()) as recorder:
+    with (
+        pytest.raises(LiveError, match=r"cannot go on writing out\.mcap: No space left.*make room"),
+        Recorder(FullDisk()) as recorder,
+    ):
         recorder.write("joint_states", 0, 1.0)

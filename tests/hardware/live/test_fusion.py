@@ -7,10 +7,10 @@ import gtsam
 import numpy as np
 import pytest
 
+from hardware.device import PadState
 from hardware.live.fusion import LATE_NS, PATIENCE_NS, STREAMS, Fusion, as_recorded
 from hardware.live.recorder import Recorder
 from hardware.live.streams import RunClock, Streams
-from hardware.tactile.pressure import PadState
 from vtgtsam import EstimatorConfig, PoseEstimator, load_hand, load_object, read_recording
 from vtgtsam.recording import RecordingWriter, names
 from vtgtsam.recording.provenance import mesh_file, object_metadata

@@ -20,10 +20,10 @@ import pytest
 pytest.importorskip("rerun", reason="the viewer (extra viz) is not installed")
 
 from hardware.camera.camera import CameraFrame  # noqa: E402
+from hardware.device import PadState  # noqa: E402
 from hardware.live import view  # noqa: E402
 from hardware.live.streams import RunClock, Streams  # noqa: E402
 from hardware.live.view import LiveView, Setup, Where  # noqa: E402
-from hardware.tactile.pressure import PadState  # noqa: E402
 from vtgtsam import Measurement, PoseEstimator, load_hand, load_object  # noqa: E402
 from vtgtsam.camera import CameraIntrinsics  # noqa: E402
 from vtgtsam.exceptions import VtgtsamError  # noqa: E402

@@ -33,8 +33,10 @@ def watch(tracker, count, joints_at=(0,)):
     for ms in joints_at:
         streams.put("joints", ms * 1_000_000, np.array([ms]))
     frames = iter([CameraFrame(k / 100, np.full((2, 2), k), None) for k in range(count)])
-    camera = SimpleNamespace(read=lambda: next(frames, None))
-    clock = RunClock(lambda: 0.0)
+    camera = SimpleNamespace(name="film", read=lambda: next(frames, None))
+    now = [0.0]
+    clock = RunClock(lambda: now[0])
+    now[0] = 0.5
     vision = Vision(camera, tracker, gtsam.Pose3(), streams, clock, Recorder(None), images=True)
     vision.run(SimpleNamespace(is_set=lambda: False))
     return streams, vision

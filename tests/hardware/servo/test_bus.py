@@ -10,8 +10,7 @@ from hardware.emulate.packets import status
 from hardware.emulate.servos import ServoLineEmulator
 from hardware.servo.bus import Bus, BusError, NoAnswerError, ServoError
 from hardware.servo.setup import find_servos
-from hardware.servo.state import STATE
-from hardware.servo.table import Block
+from hardware.servo.table import STATE, Block
 
 BAUD = 1_000_000
 IDS = [11, 12, 13]

@@ -16,7 +16,8 @@ from hardware.emulate.motor import Motion
 from hardware.emulate.servos import ServoLineEmulator
 from hardware.servo.bus import Bus
 from hardware.servo.safety import MAX_MISSES
-from hardware.servo.state import STATE, StateTracker
+from hardware.servo.state import StateTracker
+from hardware.servo.table import STATE
 
 CYCLES = 200
 SPEED = 10_000  # [ticks/s]: 1 ms is 10 ticks
@@ -62,8 +63,10 @@ def run(line, description, cycles=CYCLES):
             read = bus.sync_read([joint.id for joint in joints], STATE)
             state = tracker.update(read)
             for k in np.flatnonzero((state.ages == 0) & comparable):
-                ticks = joints[k].ticks(state.positions[k])
-                measured = line.plant.measured_at(joints[k].id, ticks)
+                servo_id = joints[k].id
+                ticks = joints[k].ticks(state.positions[k], tracker.turns[k])
+                ticks += 4096 * line.servos[servo_id].turns
+                measured = line.plant.measured_at(servo_id, ticks)
                 early = EARLY + DRIFT * ages[k]
                 assert read.start - early < measured < read.end + LATE, "not made when asked"
                 came += 1

@@ -4,7 +4,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from hardware.servo.state import STATE
+from hardware.servo.table import STATE
 
 README = (Path(__file__).parents[3] / "hardware/README.md").read_text()
 

@@ -7,7 +7,7 @@ import importlib.resources
 
 import pytest
 
-from hardware.servo.table import BAUD_CODES, MODEL, XL330
+from hardware.servo.table import BAUD_CODES, MODELS, X330, Model
 
 
 def model_file():
@@ -24,9 +24,9 @@ def model_file():
 
 def test_addresses_and_sizes_are_those_of_the_sdks_model_file():
     theirs = {name: (address, size) for name, address, size in model_file()}
-    ours = {name: (entry.address, entry.size) for name, entry in XL330.items()}
+    ours = {name: (entry.address, entry.size) for name, entry in X330.items()}
     shared = ours.keys() & theirs.keys()
-    assert len(shared) == len(XL330) - 2
+    assert len(shared) == len(X330) - 2
     assert {name: ours[name] for name in shared} == {name: theirs[name] for name in shared}
     assert ours.keys() - shared == {"startup_configuration", "backup_ready"}  # newer firmware
 
@@ -34,32 +34,33 @@ def test_addresses_and_sizes_are_those_of_the_sdks_model_file():
 def test_addresses_sizes_and_signs_are_those_of_rustypot():
     rustypot = pytest.importorskip("rustypot")
     registers = {r.name: r for r in rustypot.Xl330PyController.registers()}
-    assert XL330.keys() <= registers.keys()
-    for name, entry in XL330.items():
+    assert X330.keys() <= registers.keys()
+    for name, entry in X330.items():
         assert (entry.address, entry.size) == (registers[name].addr, registers[name].size), name
 
 
 def test_registers_do_not_overlap():
-    ends = [(entry.address, entry.address + entry.size) for entry in XL330.values()]
+    ends = [(entry.address, entry.address + entry.size) for entry in X330.values()]
     assert all(end <= start for (_, end), (start, _) in zip(ends, ends[1:], strict=False))
 
 
 def test_numbers_of_the_manual():
-    assert MODEL == 1200
+    assert MODELS["XL330-M288-T"] == Model(1200, 1750, (4.5, 5.5))
+    assert MODELS["XC330-M288-T"] == Model(1240, 2352, (4.5, 5.5))
     assert BAUD_CODES == {
         9600: 0, 57600: 1, 115200: 2, 1000000: 3, 2000000: 4, 3000000: 5, 4000000: 6,
     }  # fmt: skip
-    assert XL330["operating_mode"].initial == 3
-    assert XL330["position_p_gain"].address == 84
-    assert XL330["position_d_gain"].address == 80
-    assert XL330["current_limit"].high == 1750
-    assert XL330["shutdown"].initial == 53
-    assert XL330["goal_position"].high == 1_048_575
-    signed = {name for name, entry in XL330.items() if entry.signed}
+    assert X330["operating_mode"].initial == 3
+    assert X330["position_p_gain"].address == 84
+    assert X330["position_d_gain"].address == 80
+    assert X330["current_limit"].high == 2352
+    assert X330["shutdown"].initial == 53
+    assert X330["goal_position"].high == 1_048_575
+    signed = {name for name, entry in X330.items() if entry.signed}
     assert signed == {
         "homing_offset", "bus_watchdog", "goal_pwm", "goal_current", "goal_velocity",
         "goal_position", "present_pwm", "present_current", "present_velocity", "present_position",
         "velocity_trajectory", "position_trajectory",
     }  # fmt: skip
-    assert {name for name, e in XL330.items() if e.eeprom and e.writable} >= {"id", "shutdown"}
-    assert not XL330["torque_enable"].eeprom
+    assert {name for name, e in X330.items() if e.eeprom and e.writable} >= {"id", "shutdown"}
+    assert not X330["torque_enable"].eeprom
