@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -43,21 +44,18 @@ class Streams:
 def to_world(vision: PoseStream, camera: PoseStream, warnings: list[str]) -> PoseStream | None:
     """Visual poses T_co as T_wo = T_wc T_co, with the camera where it was at that instant."""
     index = camera.held(vision.times_ns)
-    known = np.flatnonzero(index >= 0).tolist()
+    known = np.flatnonzero(index >= 0)
     if len(known) < len(index):
         warnings.append(
             f"{len(index) - len(known)} of {len(index)} visual poses are left out: "
             "the camera's pose is not known before them"
         )
-    if not known:
+    if len(known) == 0:
         return None
-    return PoseStream(
-        times_ns=vision.times_ns[known],
-        poses=[camera.poses[index[i]] * vision.poses[i] for i in known],
-        # Perturbations of the object's own frame are the same seen from the camera and the world.
-        covariances=[vision.covariances[i] for i in known],
-        frame="world",
-    )
+    # Perturbations of the object's own frame are the same seen from the camera and the world.
+    kept = vision.chosen(index >= 0)
+    poses = [camera.poses[i] * T for i, T in zip(index[known].tolist(), kept.poses, strict=True)]
+    return dataclasses.replace(kept, poses=poses)
 
 
 def measurements_at(

@@ -4,7 +4,10 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
+from dataclasses import dataclass
 from typing import Any, TypeVar
+
+import numpy as np
 
 from ..exceptions import RecordingError
 from .messages import stamp_ns
@@ -15,36 +18,98 @@ CALENDAR_NS = 10**18  # [ns], stamps from 2001 on count from 1970, and none of t
 Entry = TypeVar("Entry", bound=tuple[Any, ...])
 
 
+@dataclass(frozen=True, eq=False)
+class Arrivals:
+    """When a topic's messages were stamped and when they were received, in the bag's order.
+
+    Attributes:
+        stamps_ns: Instants in the headers [ns], int64, shape (N,); of receipt where there are none.
+        received_ns: Instants of receipt [ns], int64, shape (N,).
+    """
+
+    stamps_ns: np.ndarray
+    received_ns: np.ndarray
+
+    @property
+    def delay(self) -> float:
+        """Median time from stamp to receipt [s]."""
+        return float(np.median(self.received_ns - self.stamps_ns)) / 1e9
+
+
+@dataclass(frozen=True, eq=False)
+class Decoded:
+    """A topic's messages.
+
+    Attributes:
+        entries: Stamp [ns] and message, in the bag's order.
+        arrivals: Their stamps and receipts; None where there are none.
+    """
+
+    entries: list[tuple[int, Any]]
+    arrivals: Arrivals | None
+
+
 def decode(
     topic: str, bag: Sequence[BagMessage], expected: Collection[str], warnings: list[str]
-) -> list[tuple[int, Any]]:
-    """Stamps [ns] and messages of a topic; receive times where its headers have no stamps.
+) -> Decoded:
+    """Messages of a topic by their stamps; by receive times where its headers have none.
+
+    A message that cannot be used costs itself, and how many there are is told.
 
     Raises:
-        RecordingError: A message has none of the expected types, or its bytes make no sense.
+        RecordingError: No message has one of the expected types, or none can be decoded.
     """
-    wrong = sorted({message.msgtype for message in bag} - set(expected))
-    if wrong:
+    right = [message for message in bag if message.msgtype in expected]
+    if bag and not right:
+        has = bag[0].msgtype or "no type in the file"
         raise RecordingError(
-            f"topic {topic} has type {wrong[0]}, expected {' or '.join(sorted(expected))}"
+            f"topic {topic} has {'type ' if bag[0].msgtype else ''}{has}, expected "
+            f"{' or '.join(sorted(expected))}{_advice(bag[0].msgtype)}"
         )
-    try:
-        received = [(message.receive_ns, message.decode(message.data)) for message in bag]
-    except RecordingError:
-        raise
-    except (
-        Exception
-    ) as error:  # a definition that does not fit the bytes makes decoders raise anything
-        raise RecordingError(f"topic {topic} cannot be decoded: {error}") from error
+    wrong = len(bag) - len(right)
+    note(warnings, topic, wrong, len(bag), f"are no {' or '.join(sorted(expected))}")
+    received = _decoded(topic, right, warnings)
+    if not received:
+        return Decoded([], None)
     if not all(hasattr(message, "header") for _, message in received):
-        return received
+        return _decoded_by(received, received)
     stamped = [(stamp_ns(message), message) for _, message in received]
     if len(stamped) > 1 and not any(stamp for stamp, _ in stamped):
         warnings.append(f"topic {topic} has no stamps in its headers; its receive times are used")
-        return received
-    kept = [entry for entry in stamped if entry[0] or stamped[-1][0] < CALENDAR_NS]
+        return _decoded_by(received, received)
+    calendar = stamped[-1][0] >= CALENDAR_NS
+    kept = [k for k, (stamp, _) in enumerate(stamped) if stamp or not calendar]
     note(warnings, topic, len(stamped) - len(kept), len(stamped), "have no stamp")
-    return kept
+    return _decoded_by([stamped[k] for k in kept], [received[k] for k in kept])
+
+
+def _decoded_by(stamped: list[tuple[int, Any]], received: list[tuple[int, Any]]) -> Decoded:
+    times = (np.array([time for time, _ in entries]) for entries in (stamped, received))
+    return Decoded(stamped, Arrivals(*times))
+
+
+def _decoded(topic: str, bag: Sequence[BagMessage], warnings: list[str]) -> list[tuple[int, Any]]:
+    """Receive times [ns] and messages of those whose bytes make sense."""
+    received: list[tuple[int, Any]] = []
+    first: Exception | None = None
+    for message in bag:
+        try:
+            received.append((message.receive_ns, message.decode(message.data)))
+        except RecordingError:
+            raise
+        except Exception as error:  # bytes that do not fit the definition raise anything
+            first = first or error
+    if first is not None and not received:
+        raise RecordingError(f"topic {topic} cannot be decoded: {first}") from first
+    note(warnings, topic, len(bag) - len(received), len(bag), f"cannot be decoded ({first})")
+    return received
+
+
+def _advice(msgtype: str) -> str:
+    """What to do with a type that people try."""
+    if msgtype.endswith("TFMessage"):
+        return "; /tf is not read: publish that transform as a PoseStamped or TransformStamped of its own"
+    return ""
 
 
 def in_order(entries: Sequence[Entry], topic: str, warnings: list[str]) -> list[Entry]:

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..exceptions import RecordingError
 from . import messages
-from .decode import decode, in_order, note
+from .decode import Arrivals, decode, in_order, note
 from .pad_calibration import pressures
 from .source import BagMessage
 from .topics import ContactsTopic
@@ -28,9 +28,11 @@ class NamedStream:
 
     Attributes:
         columns: For each name, stamps [ns], int64, shape (N,), increasing, and values, shape (N,).
+        arrivals: When messages were stamped and received.
     """
 
     columns: dict[str, tuple[np.ndarray, np.ndarray]]
+    arrivals: Arrivals | None = None
 
     @cached_property
     def times_ns(self) -> np.ndarray:
@@ -60,33 +62,35 @@ class NamedStream:
 
 def read_joints(topic: str, bag: Sequence[BagMessage], warnings: list[str]) -> NamedStream | None:
     """Joint angles [rad] by joint name, or None where there are none that can be used."""
+    decoded = decode(topic, bag, (messages.JOINT_STATE,), warnings)
     samples = [
         (stamp, tuple(message.name), np.asarray(message.position, dtype=np.float64))
-        for stamp, message in decode(topic, bag, (messages.JOINT_STATE,), warnings)
+        for stamp, message in decoded.entries
     ]
-    return _stream(samples, topic, warnings)
+    return _stream(samples, topic, decoded.arrivals, warnings)
 
 
 def read_contacts(
     entry: ContactsTopic, bag: Sequence[BagMessage], warnings: list[str]
 ) -> NamedStream | None:
     """Contact bits (0 or 1) by pad name, or None where there are none that can be used."""
-    if bag and bag[0].msgtype != messages.TACTILE_PADS:
-        return _stream(_array_samples(entry, bag, warnings), entry.topic, warnings)
+    if bag and not any(message.msgtype == messages.TACTILE_PADS for message in bag):
+        return _array_stream(entry, bag, warnings)
+    decoded = decode(entry.topic, bag, (messages.TACTILE_PADS,), warnings)
     samples: list[Sample] = []
-    for stamp, message in decode(entry.topic, bag, (messages.TACTILE_PADS,), warnings):
+    for stamp, message in decoded.entries:
         if entry.threshold is None:
             bits = np.asarray(message.contact, dtype=np.float64)
         else:
             bits = _bits(message.pressure, entry.threshold)
         samples.append((stamp, tuple(message.name), bits))
-    return _stream(samples, entry.topic, warnings)
+    return _stream(samples, entry.topic, decoded.arrivals, warnings)
 
 
-def _array_samples(
+def _array_stream(
     entry: ContactsTopic, bag: Sequence[BagMessage], warnings: list[str]
-) -> list[Sample]:
-    """Samples of a topic of bare arrays, whose names and threshold the map has to give."""
+) -> NamedStream | None:
+    """Contact bits of a topic of bare arrays, whose names and threshold the map has to give."""
     expected = (messages.TACTILE_PADS, *_FLOAT_ARRAYS, _BYTE_ARRAY)
     decoded = decode(entry.topic, bag, expected, warnings)
     msgtype = bag[0].msgtype
@@ -101,10 +105,14 @@ def _array_samples(
             "is in contact: contacts: {topic: ..., threshold: ...}"
         )
     threshold = 1.0 if entry.threshold is None else entry.threshold
-    raw = [(stamp, np.array(list(message.data), dtype=np.float64)) for stamp, message in decoded]
+    raw = [
+        (stamp, np.array(list(message.data), dtype=np.float64))
+        for stamp, message in decoded.entries
+    ]
     if entry.calibration is not None:
         raw = pressures(raw, entry, threshold)
-    return [(stamp, entry.names, _bits(values, threshold)) for stamp, values in raw]
+    samples = [(stamp, entry.names, _bits(values, threshold)) for stamp, values in raw]
+    return _stream(samples, entry.topic, decoded.arrivals, warnings)
 
 
 def _bits(values: Sequence[float] | np.ndarray, threshold: float) -> np.ndarray:
@@ -113,29 +121,60 @@ def _bits(values: Sequence[float] | np.ndarray, threshold: float) -> np.ndarray:
     return np.where(np.isfinite(array), array >= threshold, np.nan)
 
 
-def _stream(samples: Sequence[Sample], topic: str, warnings: list[str]) -> NamedStream | None:
-    usable = [sample for sample in samples if _is_usable(sample, topic)]
-    note(warnings, topic, len(samples) - len(usable), len(samples), "are empty or not finite")
+def _stream(
+    samples: Sequence[Sample], topic: str, arrivals: Arrivals | None, warnings: list[str]
+) -> NamedStream | None:
+    """Samples by name. A value that is none costs its name that sample, a message without values itself."""
+    usable = _with_values(samples, topic, warnings)
     publishers: dict[tuple[str, ...], list[Sample]] = {}
     for sample in usable:
         publishers.setdefault(sample[1], []).append(sample)
     pieces: dict[str, list[tuple[np.ndarray, np.ndarray]]] = {}
+    lost: dict[str, int] = {}
     for names, group in publishers.items():
         group = in_order(group, topic, warnings)
         times = np.array([stamp for stamp, _, _ in group], dtype=np.int64)
         table = np.array([values for _, _, values in group])
         for k, name in enumerate(names):
-            pieces.setdefault(name, []).append((times, table[:, k]))
-    return NamedStream({name: _merged(parts) for name, parts in pieces.items()}) if pieces else None
+            finite = np.isfinite(table[:, k])
+            lost[name] = lost.get(name, 0) + int(np.count_nonzero(~finite))
+            if finite.any():
+                pieces.setdefault(name, []).append((times[finite], table[finite, k]))
+    _note_lost(lost, len(usable), topic, warnings)
+    if not pieces:
+        return None
+    return NamedStream({name: _merged(parts) for name, parts in pieces.items()}, arrivals)
 
 
-def _is_usable(sample: Sample, topic: str) -> bool:
-    _, names, values = sample
-    if len(names) != len(values):
-        raise RecordingError(
-            f"topic {topic} has {len(values)} values for the {len(names)} names {', '.join(names)}"
-        )
-    return len(names) > 0 and bool(np.isfinite(values).all())
+def _note_lost(lost: dict[str, int], count: int, topic: str, warnings: list[str]) -> None:
+    """Say which names lack values; many with the same number in one sentence."""
+    by_count: dict[int, list[str]] = {}
+    for name, number in lost.items():
+        by_count.setdefault(number, []).append(name)
+    for number, names in sorted(by_count.items(), reverse=True):
+        if number:
+            warnings.append(
+                f"topic {topic}: {number} of {count} values of {', '.join(names)} are left out, they are "
+                "not finite"
+            )
+
+
+def _with_values(samples: Sequence[Sample], topic: str, warnings: list[str]) -> list[Sample]:
+    """The samples that have a value for each name.
+
+    Raises:
+        RecordingError: None has, though there are names and values.
+    """
+    usable = [sample for sample in samples if 0 < len(sample[1]) == len(sample[2])]
+    if samples and not usable:
+        _, names, values = max(samples, key=lambda sample: len(sample[1]) + len(sample[2]))
+        if names or len(values):
+            raise RecordingError(
+                f"topic {topic} has {len(values)} values for the {len(names)} names {', '.join(names)}"
+            )
+    why = "have no value for each of their names"
+    note(warnings, topic, len(samples) - len(usable), len(samples), why)
+    return usable
 
 
 def _merged(parts: list[tuple[np.ndarray, np.ndarray]]) -> tuple[np.ndarray, np.ndarray]:

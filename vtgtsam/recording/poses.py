@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
 from types import SimpleNamespace
@@ -13,7 +14,7 @@ import numpy as np
 
 from . import messages
 from .covariance import is_known, tangent_from_ros
-from .decode import decode, in_order, note
+from .decode import Arrivals, decode, in_order, note
 from .source import BagMessage
 
 # Written are the first two; the others are what other people's robots report.
@@ -33,13 +34,25 @@ class PoseStream:
         times_ns: Stamps [ns], int64, shape (N,), increasing, N > 0.
         poses: The N poses.
         covariances: Of each pose, shape (6, 6), right perturbation, rotation first; None where not given.
-        frame: The frame that the first message says it is given in.
+        frames: The frames that messages say they are given in, the first one's first.
+        arrivals: When messages were stamped and received; None where poses did not come as messages.
     """
 
     times_ns: np.ndarray
     poses: Sequence[gtsam.Pose3]
     covariances: Sequence[np.ndarray | None]
-    frame: str
+    frames: tuple[str, ...] = ()
+    arrivals: Arrivals | None = None
+
+    def chosen(self, keep: np.ndarray) -> PoseStream:
+        """Those poses for which ``keep`` (N,) is true, at least one."""
+        index = np.flatnonzero(keep).tolist()
+        return dataclasses.replace(
+            self,
+            times_ns=self.times_ns[index],
+            poses=[self.poses[i] for i in index],
+            covariances=[self.covariances[i] for i in index],
+        )
 
     def held(self, instants_ns: np.ndarray) -> np.ndarray:
         """Index of the last pose at or before each instant, shape (F,); -1 where there is none.
@@ -54,19 +67,31 @@ class PoseStream:
 def read_poses(topic: str, bag: Sequence[BagMessage], warnings: list[str]) -> PoseStream | None:
     """The poses of a topic, or None where it has none that can be used."""
     decoded = decode(topic, bag, TYPES, warnings)
+    entries = decoded.entries
     found: list[tuple[int, gtsam.Pose3, np.ndarray | None]] = []
-    for stamp, message in decoded:
+    unusable = 0
+    for stamp, message in entries:
         pose = messages.pose_from_fields(_pose_fields(message))
         if pose is not None:
-            found.append((stamp, pose, _covariance(message, pose)))
+            covariance, usable = _covariance(message, pose)
+            unusable += not usable
+            found.append((stamp, pose, covariance))
     why = "are not finite or have a quaternion whose norm is not 1"
-    note(warnings, topic, len(decoded) - len(found), len(decoded), why)
+    note(warnings, topic, len(entries) - len(found), len(entries), why)
+    if unusable:
+        warnings.append(
+            f"topic {topic}: the covariances of {unusable} of {len(found)} poses are not used, they are "
+            "singular or no covariance (give every direction a variance above 0); the configured weight "
+            "counts in their place"
+        )
     found = in_order(found, topic, warnings)
     if not found:
         return None
     stamps, poses, covariances = zip(*found, strict=True)
-    frame = str(decoded[0][1].header.frame_id)
-    return PoseStream(np.array(stamps, dtype=np.int64), poses, covariances, frame)
+    frames = dict.fromkeys(str(message.header.frame_id) for _, message in entries)
+    return PoseStream(
+        np.array(stamps, dtype=np.int64), poses, covariances, tuple(frames), decoded.arrivals
+    )
 
 
 def _pose_fields(message: Any) -> Any:
@@ -77,10 +102,12 @@ def _pose_fields(message: Any) -> Any:
     return getattr(message.pose, "pose", message.pose)
 
 
-def _covariance(message: Any, pose: gtsam.Pose3) -> np.ndarray | None:
-    """Tangent covariance where the message has one."""
+def _covariance(message: Any, pose: gtsam.Pose3) -> tuple[np.ndarray | None, bool]:
+    """Tangent covariance where the message has one, and whether what it has can be used."""
     covariance = getattr(getattr(message, "pose", None), "covariance", None)
     if covariance is None:
-        return None
+        return None, True
     ros = np.asarray(covariance, dtype=np.float64).reshape(6, 6)
-    return tangent_from_ros(ros, pose.rotation()) if is_known(ros) else None
+    if is_known(ros):
+        return tangent_from_ros(ros, pose.rotation()), True
+    return None, not np.any(ros)  # all zeros: unknown, by ROS's convention

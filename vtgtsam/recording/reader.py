@@ -14,6 +14,7 @@ from ..exceptions import RecordingError
 from . import names
 from .align import Streams, to_world
 from .bags import open_source
+from .consistency.repeats import without_identity, without_repeats
 from .named import read_contacts, read_joints
 from .poses import PoseStream, read_poses
 from .provenance import find_hand, find_object
@@ -90,30 +91,33 @@ def _streams(bag: dict[str, list[BagMessage]], topics: Topics, warnings: list[st
     if T_wc is None:
         camera = poses(str(topics.camera_pose))
     else:
-        camera = PoseStream(np.zeros(1, dtype=np.int64), [T_wc], [None], "world")
-    return Streams(
+        camera = PoseStream(np.zeros(1, dtype=np.int64), [T_wc], [None])
+    streams = Streams(
         joints=read_joints(topics.joints, bag[topics.joints], warnings),
         contacts=read_contacts(topics.contacts, bag[topics.contacts.topic], warnings),
         hand_pose=poses(topics.hand_pose),
         vision=_vision(poses(topics.vision.topic), camera, topics, warnings),
-        truth=poses(topics.truth),
+        truth=without_identity(poses(topics.truth), topics.truth, warnings),
         estimate=poses(topics.estimate),
         camera_pose=camera,
     )
+    return without_repeats(streams, topics, warnings)
 
 
 def _vision(
     stream: PoseStream | None, camera: PoseStream | None, topics: Topics, warnings: list[str]
 ) -> PoseStream | None:
     """Visual poses at the instants of their images, in the world frame."""
+    stream = without_identity(stream, topics.vision.topic, warnings)
     if stream is None:
         return None
     latency_ns = round(topics.vision.latency * 1e9)
     stream = dataclasses.replace(stream, times_ns=stream.times_ns - latency_ns)
     if topics.vision.frame == "world":
-        if any(word in stream.frame for word in ("camera", "optical")):
+        frame = stream.frames[0]
+        if any(word in frame for word in ("camera", "optical")):
             warnings.append(
-                f"topic {topics.vision.topic} says its poses are in the frame {stream.frame!r}, but "
+                f"topic {topics.vision.topic} says its poses are in the frame {frame!r}, but "
                 "they are taken as world poses; if they are not, say 'frame: camera' in the topic map"
             )
         return stream

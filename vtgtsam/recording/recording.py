@@ -7,20 +7,19 @@ import logging
 from collections.abc import Sequence
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal, TypeVar
+from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
 import gtsam
 import numpy as np
 
-from ..exceptions import RecordingError
+from ..exceptions import RecordingError, VtgtsamError
 from ..measurement import Measurement
 from . import names
 from .align import VISION_HOLD_NS, Streams, measurements_at
-from .joint_ranges import joints_beyond_range
+from .consistency import Evidence, Finding, check
 from .named import NamedStream
 from .poses import PoseStream
 from .trajectory import PoseTrajectory
-from .visual_check import visual_off_truth
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -75,16 +74,28 @@ class Recording:
 
     @cached_property
     def object(self) -> ObjectModel:
-        """The object: as given, else as attached, else as named in the metadata.
-
-        With its centre known, visual poses are compared with true ones, which may add a warning.
-        """
+        """The object: as given, else as attached, else as named in the metadata."""
         obj = self._make_object()
         recorded = self.info.get("object_sha256")
         if recorded and obj.sha256 and obj.sha256 != recorded:
             self.warn([f"the recording was made with another mesh of {self.info.get('object')!r}"])
-        self.warn(visual_off_truth(self.visual_poses, self.ground_truth, obj))
         return obj
+
+    @cached_property
+    def findings(self) -> list[Finding]:
+        """What does not fit where the streams are held against each other, hand and object.
+
+        What needs a hand or an object that cannot be had is left out.
+        """
+        hand, obj = (self._had(make) for make in ("hand", "object"))
+        evidence = Evidence(self._streams, self.topics, hand, obj, tuple(self._present))
+        return check(evidence)
+
+    def _had(self, name: str) -> Any:
+        try:
+            return getattr(self, name)
+        except (VtgtsamError, ValueError, OSError):
+            return None
 
     def measurements(
         self, rate: float | Literal["vision", "recorded"] = "vision"
@@ -92,7 +103,7 @@ class Recording:
         """The recording as the estimator wants it.
 
         Each stream is held at its last stamp; frames before the first joint, contact or hand pose
-        are skipped with a warning. A joint that goes beyond its range gets a warning too. A visual
+        are skipped with a warning. Whatever does not fit (``findings``) gets a warning too. A visual
         pose counts for a second at most, or for as long as the metadata says that it did in a live
         run.
 
@@ -108,14 +119,14 @@ class Recording:
         self._check_names(joints, self.hand.joint_names, self.topics.joints, "joints")
         self._check_names(contacts, self.hand.pad_names, self.topics.contacts.topic, "pads")
         instants_ns = self._instants(rate, joints, contacts)
-        found = joints_beyond_range(joints, self.hand)
+        found: list[str] = []
         try:
             measurements = measurements_at(
                 instants_ns, self._streams, self.hand, found, self._vision_hold_ns()
             )
         except RecordingError as error:
             raise RecordingError(f"{self.path}: {error}") from None
-        self.warn(found)
+        self.warn([*(finding.sentence for finding in self.findings), *found])
         return measurements
 
     def _vision_hold_ns(self) -> int:

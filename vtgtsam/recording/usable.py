@@ -14,7 +14,6 @@ from ..exceptions import VtgtsamError
 from ..measurement import Measurement
 from .reader import read_recording
 from .recording import Recording
-from .visual_check import visual_off_truth
 
 if TYPE_CHECKING:
     from ..hands.pads import PadSet
@@ -61,9 +60,11 @@ def try_to_use(
         return use
     use.vision_topic = recording.topics.vision.topic
     use.notes += _notes(recording)
+    use.warnings += [found.sentence for found in recording.findings if found.level == "warning"]
     refused = [*_use_object(recording, use), *_use_streams(recording, use)]
-    problems = [sentence for sentence in recording.warnings if sentence not in use.warnings]
-    use.problems += [*problems, *_far_poses(recording), *refused]
+    found = [found.sentence for found in recording.findings if found.level == "problem"]
+    problems = [s for s in [*recording.warnings, *found] if s not in use.warnings]
+    use.problems += dict.fromkeys([*problems, *_far_poses(recording), *refused])
     return use
 
 
@@ -76,7 +77,6 @@ def _use_object(recording: Recording, use: Use) -> Iterator[str]:
         return
     extents = obj.sdf.upper - obj.sdf.lower if obj.mesh is None else obj.mesh.extents
     use.object = f"{obj.name}: {_millimetres(extents)}"
-    use.warnings += visual_off_truth(recording.visual_poses, recording.ground_truth, obj)
     if max(extents) < SMALLEST_OBJECT:
         use.warnings.append(
             f"{use.object} is very small for a hand; if it is larger, say how many metres a unit of "

@@ -9,7 +9,7 @@ from rosbags.rosbag1 import Writer as Writer1
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin
 from rosbags.rosbag2 import Writer as Writer2
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
-from sequences import HAND_XML, pose, write_sequence
+from sequences import HAND_XML, SIDE, pose, write_sequence
 
 from vtgtsam.exceptions import RecordingError
 from vtgtsam.recording import load_topics, messages, read_recording
@@ -90,7 +90,7 @@ def fill(bag):
         t = 0.01 * k
         bag.joints("/robot/joint_states", t, ["j_right", "j_left"], [-t, t])
         bag.array("/skin/values", t, [0.2 if t >= 0.5 else 0.1, np.float32(0.15)])
-        bag.pose("/robot/wrist", t, pose(0.0))
+        bag.pose("/robot/wrist", t, pose(t) * SIDE)
         bag.pose("/mocap/object", t, pose(t))
     order = [2, 0, 1, *range(3, 28)]
     for arrived, k in enumerate(order):

@@ -2,7 +2,7 @@
 import gtsam
 import numpy as np
 import pytest
-from sequences import HAND_XML, JOINTS, PADS, gripper, pose, write_sequence
+from sequences import HAND_XML, JOINTS, PADS, SIDE, gripper, pose, write_sequence
 
 from vtgtsam.exceptions import HandError, RecordingError
 from vtgtsam.hands.pads import PadSet
@@ -30,7 +30,7 @@ def test_rate_vision_gives_a_frame_at_each_visual_pose_with_the_last_of_everythi
     assert frame.contacts.tolist() == [True, False]
     assert frames[0].contacts.tolist() == [False, False]
     assert_same_pose(frame.T_wo_visual, pose(frame.time), atol=1e-9)
-    assert_same_pose(frame.T_wh, pose(0.0))
+    assert_same_pose(frame.T_wh, pose(held) * SIDE, atol=1e-9)
     assert frame.visual_covariance is None
     assert recording.warnings == []
 
@@ -201,12 +201,15 @@ def test_a_topic_with_no_usable_pose_is_refused_when_it_is_needed(tmp_path):
         recording.measurements()
 
 
-def test_joint_angles_that_are_not_finite_are_left_out(tmp_path):
+def test_joint_angles_that_are_not_finite_cost_their_joint_that_sample(tmp_path):
     bad = (0.35, {"name": list(JOINTS), "position": [np.nan, 5.0]})
     write_raw(tmp_path / "a.mcap", names.JOINTS, messages.JOINT_STATE, [bad])
     recording = read_recording(tmp_path / "a.mcap", hand=gripper())
-    assert "1 of 6 messages are left out" in recording.warnings[0]
+    assert recording.warnings == [
+        "topic /joint_states: 1 of 6 values of j_left are left out, they are not finite"
+    ]
     assert all(np.isfinite(f.joints).all() for f in recording.measurements(20))
+    assert recording.measurements(20)[7].joints.tolist() == [0.0, 5.0]
 
 
 def test_streams_of_different_clocks_are_refused(tmp_path):
@@ -239,10 +242,21 @@ def test_a_message_that_nobody_stamped_is_left_out_and_a_wild_stamp_refused(tmp_
         read_recording(tmp_path / "wild", hand=gripper()).measurements(10)
 
 
-def test_as_many_positions_as_names_are_needed(tmp_path):
+def test_a_message_without_positions_costs_itself(tmp_path):
     bad = (0.5, {"name": ["j_left"], "position": []})
     write_raw(tmp_path / "a.mcap", names.JOINTS, messages.JOINT_STATE, [bad])
-    with pytest.raises(RecordingError, match="/joint_states has 0 values for the 1 names j_left"):
+    recording = read_recording(tmp_path / "a.mcap", hand=gripper())
+    assert recording.warnings == [
+        "topic /joint_states: 1 of 6 messages are left out, they have no value for each of their names"
+    ]
+    assert len(recording.measurements(10)) == 5
+
+
+def test_as_many_positions_as_names_are_needed(tmp_path):
+    with RecordingWriter(tmp_path / "a.mcap") as writer:
+        fields = {"name": ["j_left", "j_right"], "position": [1.0]}
+        writer._write(names.JOINTS, messages.JOINT_STATE, 0.5, "", fields)
+    with pytest.raises(RecordingError, match="has 1 values for the 2 names j_left, j_right"):
         read_recording(tmp_path / "a.mcap")
 
 

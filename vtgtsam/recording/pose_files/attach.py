@@ -12,13 +12,13 @@ import gtsam
 import numpy as np
 
 from ...atomic import replacing
-from ...exceptions import RecordingError, VtgtsamError
+from ...exceptions import RecordingError
 from .. import Recording, TopicMap, messages, read_recording
 from ..bags import open_source
 from ..camera import image_times
+from ..consistency.vision import visual_off_truth
 from ..replace import replace_topic
 from ..trajectory import PoseTrajectory
-from ..visual_check import visual_off_truth
 from .files import PoseFiles
 from .instants import check_shift, find_numbering, known_motion
 from .plausible import check_unit_and_frame, explain_offset, find_reference, in_world
@@ -149,12 +149,13 @@ def _matched(
 
 
 def _warnings_of_the_rest(recording: Recording) -> list[str]:
-    """The recording's warnings without that on the visual poses that go."""
-    try:
-        old = visual_off_truth(recording.visual_poses, recording.ground_truth, recording.object)
-    except VtgtsamError:  # no object: they were not judged
-        old = []
-    return [sentence for sentence in recording.warnings if sentence not in old]
+    """The recording's warnings without those on the visual poses that go."""
+    vision = recording.topics.vision.topic
+    old = [finding.sentence for finding in recording.findings if finding.about == vision]
+    rest = [finding.sentence for finding in recording.findings if finding.about != vision]
+    return [
+        s for s in dict.fromkeys([*recording.warnings, *rest]) if s not in old and vision not in s
+    ]
 
 
 def _far_from_truth(

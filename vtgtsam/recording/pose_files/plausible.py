@@ -24,6 +24,9 @@ from .formats import Frame
 
 UNITS = {1.0: "metres", 1e-1: "decimetres", 1e-2: "centimetres", 1e-3: "millimetres"}
 FACTORS = (1.0, 1e-3, 1e3, 1e-2, 1e2, 1e-1, 1e1)  # between units that people use
+MUCH_NEARER = (
+    0.3  # of the distance as read: poses for other instants may come a little nearer by chance
+)
 LEAST_OFFSET = 0.005  # [m], a smaller one is a matter of the tracker's accuracy
 STEADY = 0.2  # an offset that varies by a larger share of itself is no matter of the mesh
 SAME_POINT = 0.003  # [m]
@@ -118,7 +121,7 @@ def check_unit_and_frame(
     off = _distance(files, recording, times, reference)
     if not off > reference.tolerance:  # a NaN says nothing
         return
-    best, nearest = files, reference.tolerance
+    best, nearest = files, min(reference.tolerance, MUCH_NEARER * off)
     frames: tuple[Frame, Frame] = ("camera", "world")
     for frame, factor in itertools.product(frames, FACTORS):
         other = files.replaced(files.scale * factor, frame)

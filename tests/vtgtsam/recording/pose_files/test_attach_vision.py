@@ -149,7 +149,7 @@ def write_images(path, poses, mesh=None, origin="0 0 0"):
         writer.camera_pose(0.0, gtsam.Pose3(gtsam.Rot3(), [0.0, 0.0, -0.7]))
         for k, pose in enumerate(poses):
             writer.joint_states(0.1 * k, [f"j_{name}" for name in PADS], np.zeros(4))
-            writer.tactile(0.1 * k, PADS, np.zeros(4), np.ones(4))
+            writer.tactile(0.1 * k, PADS, np.zeros(4), np.zeros(4))
             writer.truth(0.1 * k, pose)
             writer.depth(0.1 * k, np.ones((2, 2)))
             if k % 2 == 0:

@@ -29,7 +29,7 @@ def write(path, still=False, truth=True, images=False):
         writer.camera_pose(1.0, CAMERA)
         for t in TIMES:
             writer.joint_states(t, [f"j_{name}" for name in PADS], np.zeros(4))
-            writer.tactile(t, PADS, np.zeros(4), np.ones(4))
+            writer.tactile(t, PADS, np.zeros(4), np.zeros(4))
             if truth:
                 writer.truth(t, held(0.0 if still else t))
             if images:

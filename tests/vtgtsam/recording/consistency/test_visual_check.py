@@ -8,9 +8,9 @@ from held_box import write_grasp
 from sequences import pose
 
 from vtgtsam import cli, load_object, read_recording
+from vtgtsam.recording.consistency.vision import visual_off_truth
 from vtgtsam.recording.inspect import inspect_recording
 from vtgtsam.recording.trajectory import PoseTrajectory
-from vtgtsam.recording.visual_check import visual_off_truth
 
 TIMES = np.arange(10) * 0.1
 TRUE = [pose(0.01 * k) for k in range(10)]
@@ -55,7 +55,7 @@ def wrong_frame(tmp_path):
 def test_a_wrong_frame_is_in_the_recordings_warnings(wrong_frame):
     path, topics = wrong_frame
     recording = read_recording(path, topics=topics)
-    assert recording.object.name == "box"
+    recording.measurements()
     assert any("visual poses are off the true ones" in text for text in recording.warnings)
 
 

@@ -3,20 +3,31 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .trajectory import PoseTrajectory
+from ..trajectory import PoseTrajectory
+from .evidence import Evidence
+from .finding import Finding
 
 if TYPE_CHECKING:
-    from ..objects import ObjectModel
+    from ...objects import ObjectModel
 
 FAR = 0.05  # [m], a tracker that is so far off most of the time has lost the object
 ADVICE = (
     "check their frame ('frame: camera' or 'world' in the topic map), camera_pose (x y z qx qy qz qw, "
     "qw last), and the unit (metres)"
 )
+
+
+def check_vision(evidence: Evidence) -> Iterator[Finding]:
+    """Visual poses whose place is not the object's."""
+    if evidence.object is not None:
+        for sentence in visual_off_truth(evidence.vision, evidence.truth, evidence.object):
+            topic = evidence.topics.vision.topic
+            yield Finding("vision off the truth", sentence, "warning", topic)
 
 
 def visual_off_truth(
@@ -36,7 +47,7 @@ def visual_off_truth(
         obj: The object.
         advice: What to check.
     """
-    from ..metrics import rotation_error, translation_error
+    from ...metrics import rotation_error, translation_error
 
     if visual is None or truth is None:
         return []

@@ -23,6 +23,9 @@ JOINTS = ("j_left", "j_right")
 PADS = ("pad_left", "pad_right")
 
 
+SIDE = gtsam.Pose3(gtsam.Rot3(), np.array([0.035, 0.0, 0.0]))  # of a can or ball
+
+
 def gripper() -> HandModel:
     return HandModel.from_text(HAND_XML)
 
@@ -34,7 +37,8 @@ def pose(x: float, angle: float = 0.3) -> gtsam.Pose3:
 def write_sequence(path: Path, seconds: float = 3.0, metadata=None, **attachments) -> Path:
     """Joints, contacts, hand and truth at 100 Hz, vision at 1/0.033 Hz, starting at 1 s.
 
-    At the instant t, joint angles are (t, -t), the object's x is t, and pad_left touches from 2 s on.
+    At the instant t, joint angles are (t, -t), the object's x is t, and pad_left touches from 2 s on: the
+    hand goes along on the object's side.
     """
     with RecordingWriter(path, metadata, **attachments) as writer:
         writer.camera_pose(1.0, pose(0.5))
@@ -42,7 +46,7 @@ def write_sequence(path: Path, seconds: float = 3.0, metadata=None, **attachment
             t = 1.0 + 0.01 * k
             writer.joint_states(t, JOINTS, [t, -t])
             writer.tactile(t, PADS, [0.5 * (t >= 2.0), 0.0], [t >= 2.0, False])
-            writer.hand_pose(t, pose(0.0))
+            writer.hand_pose(t, pose(t) * SIDE)
             writer.truth(t, pose(t))
         for k in range(int(seconds / 0.033)):
             writer.object_pose(1.0 + 0.033 * k, pose(1.0 + 0.033 * k))

@@ -3,39 +3,43 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from .evidence import Evidence
+from .finding import Finding
+
 if TYPE_CHECKING:
-    from ..hands.model import HandModel
-    from .named import NamedStream
+    from ...hands.model import HandModel
 
 HINGE_TOLERANCE = 0.3  # [rad], encoders' zeros are off by less
 SLIDE_TOLERANCE = 0.02  # [m]
 
 
-def joints_beyond_range(stream: NamedStream, hand: HandModel) -> list[str]:
-    """A sentence on the joint that goes furthest beyond its range, if one does.
+def check_ranges(evidence: Evidence) -> Iterator[Finding]:
+    """The joint that goes furthest beyond its range, if one does.
 
     Hinges without limits may turn once either way; slides without limits may go anywhere.
-
-    Args:
-        stream: Values [rad or m] of all the hand's joints.
-        hand: The hand, whose file has the ranges.
     """
-    beyond = {name: _furthest(stream.columns[name][1], hand, name) for name in hand.joint_names}
+    stream, hand = evidence.streams.joints, evidence.hand
+    if stream is None or hand is None:
+        return
+    known = [name for name in hand.joint_names if name in stream.columns]
+    beyond = {name: _furthest(stream.columns[name][1], hand, name) for name in known}
     outside = {name: found for name, found in beyond.items() if found[0] > 0}
     if not outside:
-        return []
+        return
     worst = max(outside, key=lambda name: outside[name][0])
     others = f" (and {len(outside) - 1} more)" if len(outside) > 1 else ""
-    return [f"joint {worst}{others} {_sentence(outside[worst][1], hand, worst)}"]
+    sentence = f"joint {worst}{others} {_sentence(outside[worst][1], hand, worst)}"
+    yield Finding("joint beyond its range", sentence, "problem", worst)
 
 
 def _furthest(values: np.ndarray, hand: HandModel, name: str) -> tuple[float, float]:
     """How far beyond range and tolerance a joint goes, in tolerances, and the value there."""
-    tolerance = SLIDE_TOLERANCE if _slides(hand, name) else HINGE_TOLERANCE
+    tolerance = SLIDE_TOLERANCE if slides(hand, name) else HINGE_TOLERANCE
     low, high = _range(hand, name)
     excess = np.maximum(low - values, values - high) / tolerance - 1
     index = int(np.argmax(excess))
@@ -44,14 +48,15 @@ def _furthest(values: np.ndarray, hand: HandModel, name: str) -> tuple[float, fl
 
 def _range(hand: HandModel, name: str) -> tuple[float, float]:
     joint = hand.model.joint(name)
-    turn = np.inf if _slides(hand, name) else 2 * np.pi
+    turn = np.inf if slides(hand, name) else 2 * np.pi
     if not hand.model.jnt_limited[joint.id]:
         return -turn, turn
     low, high = hand.model.jnt_range[joint.id].tolist()
     return low, high
 
 
-def _slides(hand: HandModel, name: str) -> bool:
+def slides(hand: HandModel, name: str) -> bool:
+    """Whether a joint is a slide, in metres, and no hinge."""
     import mujoco
 
     return bool(hand.model.jnt_type[hand.model.joint(name).id] == mujoco.mjtJoint.mjJNT_SLIDE)
@@ -59,7 +64,7 @@ def _slides(hand: HandModel, name: str) -> bool:
 
 def _sentence(value: float, hand: HandModel, name: str) -> str:
     low, high = _range(hand, name)
-    if _slides(hand, name):
+    if slides(hand, name):
         unit, question, large = "m", "are these millimetres?", 1.0
     else:
         unit, question, large = "rad", "are these degrees?", np.pi

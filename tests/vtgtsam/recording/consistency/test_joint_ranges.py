@@ -16,7 +16,7 @@ def write(tmp_path):
         with RecordingWriter(tmp_path / "a.mcap", {"object": "can"}, hand_xml=xml) as writer:
             for k in range(20):
                 writer.joint_states(0.1 * k, JOINTS, np.array([left, right]) * k / 19)
-                writer.tactile(0.1 * k, PADS, [0, 0], [k % 2, 0])
+                writer.tactile(0.1 * k, PADS, [0, 0], [0, 0])
                 writer.object_pose(0.1 * k, pose(0))
         return tmp_path / "a.mcap"
 
