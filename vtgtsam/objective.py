@@ -69,7 +69,7 @@ def cost(T_wo: Any, of_visual: Any, of_hand: Any, of_search: Any) -> float:
     losses = array1(of_hand, hand.LOSSES, np.float64)
     for k in range(len(losses)):
         total += losses[k] * losses[k]
-    return 0.5 * total  # type: ignore[no-any-return]
+    return 0.5 * total
 
 
 @compiled
@@ -98,7 +98,7 @@ def linearize(
 @compiled
 def linearize_hand(of_hand: Any, information: Any, gradient: Any) -> float:
     """Add what the hand's terms contribute at the pose they were computed for last; returns their 1/2 r'Wr."""
-    return _add_rows(  # type: ignore[no-any-return]
+    return _add_rows(
         array1(of_hand, hand.ROWS, np.float64),
         array2(of_hand, hand.ROW_JACOBIANS, np.float64),
         information,

@@ -156,6 +156,6 @@ def hand_factor(key: int, terms: HandTerms) -> gtsam.CustomFactor:
     held = terms.handles, terms.closest.search  # the arrays that the tables point to
 
     def fill(T_wo: np.ndarray, held: tuple[Handles, Handles] = held) -> bool:
-        return terms_at(T_wo, of_terms, of_search)  # type: ignore[no-any-return]
+        return terms_at(T_wo, of_terms, of_search)
 
     return filled_factor(key, fill, terms.losses, terms.rows, terms.jacobians)

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -53,11 +53,18 @@ class GridSdf:
         if not np.isfinite(self.values).all():
             count = int((~np.isfinite(self.values)).sum())
             raise ValueError(f"values must be finite, {count} of {self.values.size} nodes are not")
-        for array in (self.values, self.lower, self.upper):
-            array.flags.writeable = False
         self.scale = (np.array(self.values.shape) - 1.0) / (self.upper - self.lower)  # [cells/m]
-        self.scale.flags.writeable = False
         self._minorants: dict[int, np.ndarray] = {}
+        self._lock()
+
+    def _lock(self) -> None:
+        """Refuse writing to the arrays: what is derived from them would not follow."""
+        for array in (self.values, self.lower, self.upper, self.scale):
+            array.flags.writeable = False
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state)
+        self._lock()  # a copy's arrays can be written to at first, and would be compiled for once more
 
     @cached_property
     def lipschitz(self) -> float:

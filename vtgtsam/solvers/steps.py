@@ -111,7 +111,7 @@ def differs(A: Any, B: Any) -> bool:
 def damped_step(information: Any, gradient: Any, damping: float, step: Any) -> bool:
     """Solve (information + damping I) step = gradient; whether there is a finite solution."""
     L = np.empty((6, 6))
-    return factorize(information, damping, L) and solve_factorized(L, gradient, step)  # type: ignore[no-any-return]
+    return factorize(information, damping, L) and solve_factorized(L, gradient, step)
 
 
 @compiled

@@ -9,7 +9,7 @@ import gtsam
 import numpy as np
 
 from ..factors.noise import welsch_weight
-from ..sdf.closest import ClosestPoints
+from ..sdf.search import ClosestPoints
 
 if TYPE_CHECKING:
     from ..config import EstimatorConfig
@@ -32,8 +32,9 @@ class PadJudge:
 
     def distances(self, T_wp: np.ndarray, T_wo: gtsam.Pose3) -> np.ndarray:
         """Signed distances of pads at T_wp (K, 4, 4) to the object [m], shape (K,)."""
-        self._closest.place(T_wp)
-        return self._closest.everywhere(T_wo).distances
+        T_wo_matrix = np.ascontiguousarray(T_wo.matrix())
+        all_pads = np.ones(len(T_wp), dtype=bool)
+        return self._closest.search(T_wo_matrix, np.ascontiguousarray(T_wp), all_pads).distances
 
     def weights(self, distances: np.ndarray) -> np.ndarray:
         """How much a contact of each pad counts after its robust loss, in [0, 1], shape (K,)."""

@@ -3,15 +3,17 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...hands.pads import PadSet
 from ..grid import GridSdf
-from ..pad_pose import points_in_world
-from .tabled import closest_on_pads, new_search
+from .compiled_search import Memory, Room, closest_on_pads
+from .field import read_field
+from .pad_pose import ROUNDING, place_points
+from .tiles import cut_into_tiles
 
 
 class PadContacts(NamedTuple):
@@ -19,10 +21,10 @@ class PadContacts(NamedTuple):
 
     Attributes:
         distances: Signed distances phi of the closest points [m], shape (K,).
-        jacobians: Their derivatives for a right perturbation of T_wo, rotation first, shape (K, 6).
+        jacobians: Their derivatives dphi/dxi for a right perturbation of T_wo, rotation first, shape (K, 6).
         indices: Which of ``PadSet.points_p`` the closest points are, shape (K,).
 
-    A pad that was left out has an infinite distance, no derivative, and the index -1.
+    A pad that was left out has an infinite distance, a derivative of zeros, and the index -1.
     """
 
     distances: NDArray[np.float64]
@@ -31,11 +33,16 @@ class PadContacts(NamedTuple):
 
 
 class ClosestPoints:
-    """Finds each pad's closest point at any object pose.
+    """Finds the point of each pad that is closest to the object, at one pose after another.
 
-    It remembers the poses before only to be fast: the answer does not depend on them.
+    It remembers the poses before to be fast where they follow each other; what it answers does not depend on them. A
+    copy remembers nothing.
 
     Args:
+        pads: The pads.
+        sdf: The object's distance field.
+
+    Attributes:
         pads: The pads.
         sdf: The object's distance field.
     """
@@ -43,47 +50,63 @@ class ClosestPoints:
     def __init__(self, pads: PadSet, sdf: GridSdf) -> None:
         self.pads = pads
         self.sdf = sdf
-        self._search = new_search(pads, sdf)
+        tiles = cut_into_tiles(pads, ROUNDING * float((sdf.upper - sdf.lower).max()))
+        field = read_field(sdf, tiles.radius)
+        self._known = (*field, *tiles, *Memory.empty(tiles), *Room.enough_for(tiles))
+        self._points_p = np.array(pads.points_p)
+        self._shape = len(pads), 4, 4
 
     def search(
         self, T_wo: NDArray[np.float64], T_wp: NDArray[np.float64], needed: NDArray[np.bool_]
     ) -> PadContacts:
-        """The pads' closest points, in new arrays.
+        """Each pad's closest point: distances [m], their derivatives and indices, in new arrays.
+
+        The world may be any frame that both poses are given in. A pose that is not finite leaves its pads out.
 
         Args:
-            T_wo: Object pose in the world, or in any other frame that the pad poses are in too, shape (4, 4).
-            T_wp: Pad poses in the same frame, shape (K, 4, 4).
-            needed: Which pads' distances are needed, shape (K,). The others matter only where they reach into the
-                object, and are left out elsewhere.
+            T_wo: Object pose in the world, shape (4, 4), float64.
+            T_wp: Pad poses in the world, shape (K, 4, 4), float64.
+            needed: Which pads' distances are needed, shape (K,), bool. Of the others only negative ones matter: a pad
+                that does not reach into the object is left out.
         """
-        count = len(self.pads)
-        _expect("T_wo", T_wo, (4, 4), np.float64)
-        _expect("T_wp", T_wp, (count, 4, 4), np.float64)
-        _expect("needed", needed, (count,), np.bool_)
-        contacts = PadContacts(np.empty(count), np.empty((count, 6)), np.empty(count, np.int64))
-        closest_on_pads(T_wo, T_wp, needed.view(np.int8), *contacts, self._search.table)
-        return contacts
+        count = len(needed)
+        T_wo = _accepted("T_wo", T_wo, (4, 4), _FLOAT)
+        T_wp = _accepted("T_wp", T_wp, self._shape, _FLOAT)
+        needed = _accepted("needed", needed, self._shape[:1], _BOOL)
+        distances, jacobians = np.empty(count), np.empty((count, 6))
+        indices = np.empty(count, np.int64)
+        closest_on_pads(T_wo, T_wp, needed, distances, jacobians, indices, *self._known)
+        return PadContacts(distances, jacobians, indices)
 
     def points(self, T_wp: NDArray[np.float64], indices: NDArray[np.int64]) -> NDArray[np.float64]:
-        """Point ``indices[k]`` of each pad k in the world [m], shape (K, 3); NaN where the index is -1.
+        """The pads' points of these indices in the world [m], shape (K, 3); NaN where the index is -1.
 
         Args:
-            T_wp: Pad poses in the world, shape (K, 4, 4).
-            indices: Which of ``PadSet.points_p``, shape (K,), as in ``PadContacts``.
+            T_wp: Pad poses in the world, shape (K, 4, 4), float64.
+            indices: For each pad which of ``PadSet.points_p``, as in ``PadContacts``, shape (K,), int64.
         """
-        count = len(self.pads)
-        _expect("T_wp", T_wp, (count, 4, 4), np.float64)
-        _expect("indices", indices, (count,), np.int64)
-        total = len(self.pads.points_p)
-        if not ((indices >= -1) & (indices < total)).all():
-            raise ValueError(f"indices must be from -1 to {total - 1}, got {indices.tolist()}")
-        return points_in_world(T_wp, self.pads.points_p, indices)  # type: ignore[no-any-return]
+        T_wp = _accepted("T_wp", T_wp, self._shape, _FLOAT)
+        indices = _accepted("indices", indices, self._shape[:1], _INT)
+        points_w = np.empty((len(indices), 3))
+        place_points(T_wp, self._points_p, indices, points_w)
+        return points_w
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return ClosestPoints, (self.pads, self.sdf)
 
 
-def _expect(name: str, array: np.ndarray, shape: tuple[int, ...], dtype: type[np.generic]) -> None:
-    if array.shape != shape or array.dtype != dtype or not array.flags.c_contiguous:
-        order = "" if array.flags.c_contiguous else ", not contiguous"
-        raise ValueError(
-            f"{name} must be a C-contiguous {np.dtype(dtype)} array of shape {shape}, "
-            f"got {array.dtype} of shape {array.shape}{order}"
-        )
+_FLOAT, _BOOL, _INT = np.dtype(np.float64), np.dtype(np.bool_), np.dtype(np.int64)
+
+
+def _accepted(
+    name: str, array: NDArray[Any], shape: tuple[int, ...], dtype: np.dtype[Any]
+) -> NDArray[Any]:
+    """The array, or a copy that can be written to: compiled code is compiled for one kind alone."""
+    if array.shape == shape and array.dtype == dtype and array.flags.carray:
+        return array
+    if array.shape == shape and array.dtype == dtype and array.flags.c_contiguous:
+        return array.copy()
+    order = "" if array.flags.c_contiguous else ", not C-contiguous"
+    raise ValueError(
+        f"{name} must be a C-contiguous {dtype} array of shape {shape}, got {array.dtype} of shape {array.shape}{order}"
+    )
