@@ -15,7 +15,7 @@ import numpy as np
 from numba.core import cgutils
 from numba.extending import intrinsic
 
-from .compiled import inlined
+from .compiled import compiled
 
 _FIELDS = 5  # of the table for each array: its address and up to four dimensions
 _held: dict[int, np.ndarray] = {}  # by address; only where nothing is compiled
@@ -55,27 +55,27 @@ def _pointer(typing_context: Any, address: Any) -> Any:
     return numba.types.voidptr(numba.types.intp), generate
 
 
-@inlined
+@compiled
 def array1(table: Any, n: int, dtype: Any) -> Any:
     """The n-th array of a table, of one dimension."""
     return numba.carray(_pointer(table[_FIELDS * n]), (table[_FIELDS * n + 1],), dtype)
 
 
-@inlined
+@compiled
 def array2(table: Any, n: int, dtype: Any) -> Any:
     """The n-th array of a table, of two dimensions."""
     at = _FIELDS * n
     return numba.carray(_pointer(table[at]), (table[at + 1], table[at + 2]), dtype)
 
 
-@inlined
+@compiled
 def array3(table: Any, n: int, dtype: Any) -> Any:
     """The n-th array of a table, of three dimensions."""
     at = _FIELDS * n
     return numba.carray(_pointer(table[at]), (table[at + 1], table[at + 2], table[at + 3]), dtype)
 
 
-@inlined
+@compiled
 def array4(table: Any, n: int, dtype: Any) -> Any:
     """The n-th array of a table, of four dimensions."""
     at = _FIELDS * n
