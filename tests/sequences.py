@@ -34,8 +34,10 @@ def pose(x: float, angle: float = 0.3) -> gtsam.Pose3:
     return gtsam.Pose3(gtsam.Rot3.RzRyRx(angle, -0.2, 0.1), np.array([x, 0.02, 0.1]))
 
 
-def write_sequence(path: Path, seconds: float = 3.0, metadata=None, **attachments) -> Path:
-    """Joints, contacts, hand and truth at 100 Hz, vision at 1/0.033 Hz, starting at 1 s.
+def write_sequence(
+    path: Path, seconds: float = 3.0, metadata=None, start: float = 1.0, **attachments
+) -> Path:
+    """Joints, contacts, hand and truth at 100 Hz, vision at 1/0.033 Hz, from ``start`` [s] on.
 
     At the instant t, joint angles are (t, -t), the object's x is t, and pad_left touches from 2 s on: the
     hand goes along on the object's side.
@@ -43,11 +45,11 @@ def write_sequence(path: Path, seconds: float = 3.0, metadata=None, **attachment
     with RecordingWriter(path, metadata, **attachments) as writer:
         writer.camera_pose(1.0, pose(0.5))
         for k in range(round(seconds * 100)):
-            t = 1.0 + 0.01 * k
+            t = start + 0.01 * k
             writer.joint_states(t, JOINTS, [t, -t])
             writer.tactile(t, PADS, [0.5 * (t >= 2.0), 0.0], [t >= 2.0, False])
             writer.hand_pose(t, pose(t) * SIDE)
             writer.truth(t, pose(t))
         for k in range(int(seconds / 0.033)):
-            writer.object_pose(1.0 + 0.033 * k, pose(1.0 + 0.033 * k))
+            writer.object_pose(start + 0.033 * k, pose(start + 0.033 * k))
     return path

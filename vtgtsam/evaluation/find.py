@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TypeVar
 
 from ..exceptions import RecordingError
+from ..recording.find import recordings_below
 from .remote import RemoteRecording, find_remote, is_url
 
 Found = TypeVar("Found", bound=Path | RemoteRecording)
@@ -17,8 +18,9 @@ Found = TypeVar("Found", bound=Path | RemoteRecording)
 def find_recordings(paths: Iterable[str | os.PathLike[str]]) -> dict[str, Path]:
     """Recordings by sequence id, in the ids' order.
 
-    A path is an ``.mcap`` file, a rosbag2 folder (it holds a ``metadata.yaml``), or a folder that is
-    searched for both. The id is the path below the given folder, without ``.mcap`` and with "/" as "__".
+    A path is an ``.mcap`` file, a rosbag2 folder (it holds a ``metadata.yaml``, or the pieces of one bag), or
+    a folder that is searched for both. The id is the path below the given folder, without ``.mcap`` and with
+    "/" as "__".
 
     Raises:
         RecordingError: A path does not exist or holds no recording, or two recordings get one id.
@@ -62,34 +64,8 @@ def _at(path: str | os.PathLike[str]) -> Iterator[tuple[str, Path | RemoteRecord
 
 
 def _below(path: Path) -> Iterator[tuple[str, Path]]:
-    if not path.exists():
-        raise RecordingError(f"{path} does not exist")
-    if path.is_file() or _is_bag(path):
-        yield _without_suffix(path.resolve().name), path
-        return
-    recordings = list(_search(path))
-    if not recordings:
-        raise RecordingError(
-            f"no recordings in {path}; expected .mcap files or rosbag2 folders below it"
-        )
-    for recording in recordings:
-        yield _without_suffix("__".join(recording.relative_to(path).parts)), recording
-
-
-def _search(folder: Path, above: tuple[Path, ...] = ()) -> Iterator[Path]:
-    above = (*above, folder.resolve())
-    for child in sorted(folder.iterdir()):
-        if child.is_dir():
-            if _is_bag(child):
-                yield child
-            elif child.resolve() not in above:  # no link back up
-                yield from _search(child, above)
-        elif child.suffix == ".mcap":
-            yield child
-
-
-def _is_bag(path: Path) -> bool:
-    return (path / "metadata.yaml").is_file()
+    for name, recording in recordings_below(path):
+        yield _without_suffix(name), recording
 
 
 def _without_suffix(name: str) -> str:

@@ -3,16 +3,18 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Container, Iterator
-from contextlib import ExitStack
+from collections.abc import Container, Iterator, Sequence
+from contextlib import ExitStack, contextmanager
 from functools import partial
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
 from ..exceptions import RecordingError
+from .magic import kind_of
 from .mcap_file import McapFile
 from .messages import TACTILE_PADS, definition
+from .pieces import METADATA, read_listed, unlisted
 from .source import BagMessage, Source
 
 if TYPE_CHECKING:
@@ -21,44 +23,53 @@ if TYPE_CHECKING:
 
 
 def open_source(path: str | Path) -> Source:
-    """The bag at a path.
+    """The bag at a path: of a file that file, of a folder what its metadata.yaml lists.
 
     Raises:
-        RecordingError: There is nothing, or nothing that is a recording.
+        RecordingError: There is nothing, or nothing that is a recording, or several.
     """
     path = Path(path)
     if not path.exists():
         raise RecordingError(f"{path} does not exist")
-    if path.is_dir():
-        return _open_folder(path)
-    if path.suffix == ".db3":  # the folder around it says what is in it
-        return _open_folder(path.parent)
-    return RosBag(path) if path.suffix == ".bag" else McapFile(path)
-
-
-def _open_folder(path: Path) -> Source:
-    files = sorted(path.glob("*.mcap"), key=_split_number)
+    if not path.is_dir():
+        return _open_file(path)
+    if (path / METADATA).is_file():
+        return _open_listed(path)
+    files = unlisted(path)
     if files:
-        return McapFolder(path, files)
-    if (path / "metadata.yaml").is_file():
-        return RosBag(path)
+        return Pieces(path, [_open_file(file) for file in files])
     raise RecordingError(
         f"{path} holds neither an .mcap file nor a rosbag2 metadata.yaml; give a recording"
     )
 
 
-def _split_number(file: Path) -> tuple[int, str]:
-    """Place of a file among the pieces of a split bag: name_2.mcap comes before name_10.mcap."""
-    number = re.search(r"_(\d+)$", file.stem)
-    return (int(number[1]) if number else 0, file.name)
+def _open_file(path: Path) -> Source:
+    return McapFile(path) if kind_of(path) == "mcap" else RosBag(path)
 
 
-class McapFolder:
-    """A rosbag2 folder of MCAP files, which needs no metadata.yaml, as after a crash."""
+def _open_listed(folder: Path) -> Source:
+    listed = read_listed(folder)
+    if listed.compressed and not listed.missing:
+        return RosBag(folder)
+    if listed.compressed:
+        raise RecordingError(
+            f"{folder / METADATA} lists {', '.join(listed.missing)}, which is not there; copy the whole "
+            "folder"
+        )
+    warnings = [
+        f"{METADATA} lists {name}, which is not there: what it held is missing"
+        for name in listed.missing
+    ]
+    return Pieces(folder, [_open_file(file) for file in listed.files], warnings)
 
-    def __init__(self, path: Path, files: list[Path]) -> None:
+
+class Pieces:
+    """A rosbag2 folder: one file, or several that the recorder cut it into."""
+
+    def __init__(self, path: Path, sources: list[Source], warnings: Sequence[str] = ()) -> None:
         self.path = path
-        self._files = [McapFile(file) for file in files]
+        self._sources = sources
+        self._warnings = tuple(warnings)
         self.topics: dict[str, str] = {}
         self.metadata: dict[str, dict[str, str]] = {}
         self.attachments: dict[str, bytes] = {}
@@ -66,8 +77,8 @@ class McapFolder:
 
     def messages(self, topics: Container[str] | None = None) -> Iterator[BagMessage]:
         """Messages of all files, one file after the other."""
-        self.warnings = []
-        for file in self._files:
+        self.warnings = list(self._warnings)
+        for file in self._sources:
             yield from file.messages(topics)
             self.topics.update(file.topics)
             self.metadata.update(file.metadata)
@@ -90,7 +101,7 @@ class RosBag:
         self.warnings = []
         with ExitStack() as stack:
             try:
-                reader = stack.enter_context(self._reader())
+                reader = stack.enter_context(self._reader(stack.enter_context(_named(self.path))))
             except RecordingError:
                 raise
             except Exception as error:  # rosbags passes on whatever its parsers and sqlite raise
@@ -106,6 +117,11 @@ class RosBag:
             why += (
                 "; if it is a copy that was cut off, copy it again; ROS bags in MCAP can be read even "
                 "where they are cut off"
+            )
+        elif not self.path.is_dir() and kind_of(self.path) == "ros1":
+            why += (
+                "; if it was cut off, as by a crash (.bag.active), type: rosbag reindex "
+                f"{self.path.name}"
             )
         return why
 
@@ -124,7 +140,7 @@ class RosBag:
                 f"{receive_ns / 1e9:.2f} s is lost; the rest is used"
             )
 
-    def _reader(self) -> AnyReader:
+    def _reader(self, path: Path) -> AnyReader:
         try:
             from rosbags.highlevel import AnyReader
             from rosbags.typesys import Stores, get_types_from_msg, get_typestore
@@ -135,4 +151,17 @@ class RosBag:
         # For bags of older ROS 2 versions, which hold no definitions.
         typestore = get_typestore(Stores.ROS2_HUMBLE)
         typestore.register(get_types_from_msg(definition(TACTILE_PADS), TACTILE_PADS))
-        return AnyReader([self.path], default_typestore=typestore)
+        return AnyReader([path], default_typestore=typestore)
+
+
+@contextmanager
+def _named(path: Path) -> Iterator[Path]:
+    """The file under a name by which the rosbags library knows what it is."""
+    suffix = "" if path.is_dir() else {"ros1": ".bag", "sqlite": ".db3"}.get(kind_of(path), "")
+    if path.suffix == suffix or not suffix:
+        yield path
+        return
+    with TemporaryDirectory(prefix="vtgtsam-") as folder:
+        link = Path(folder) / f"bag{suffix}"
+        link.symlink_to(path.resolve())
+        yield link

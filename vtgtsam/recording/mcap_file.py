@@ -77,6 +77,25 @@ class McapFile:
         loss = reader.loss(last_ns)
         self.warnings = [loss] if loss else []
 
+    def span(self) -> tuple[int, int] | None:
+        """When the first and the last message were received [ns], from the index where there is one."""
+        from mcap.reader import SeekingReader
+
+        try:
+            with self.path.open("rb") as file:
+                summary = SeekingReader(file).get_summary()
+            found = summary and summary.statistics
+            if found and found.message_count:
+                for record in _RecordReader(self.path).records():  # it is written first
+                    if not isinstance(record, Metadata):
+                        break
+                    self.metadata[record.name] = record.metadata
+                return found.message_start_time, found.message_end_time
+        except Exception:  # no index, or a damaged one: the library raises anything
+            pass
+        received = [message.receive_ns for message in self.messages()]
+        return (min(received), max(received)) if received else None
+
 
 def read_records(path: Path) -> Iterator[McapRecord]:
     """All records of a file that can be read, in its order, messages as they are stored.

@@ -9,7 +9,7 @@ from rosbags.rosbag1 import Writer as Writer1
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin
 from rosbags.rosbag2 import Writer as Writer2
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
-from sequences import HAND_XML, SIDE, pose, write_sequence
+from sequences import HAND_XML, SIDE, pose
 
 from vtgtsam.exceptions import RecordingError
 from vtgtsam.recording import load_topics, messages, read_recording
@@ -170,15 +170,6 @@ def test_a_rosbag2_folder_that_a_crash_left_without_metadata_is_read(tmp_path, t
     recording = read_recording(path, topics=topic_map)
     assert len(recording.measurements()) == 28
     assert len(recording.warnings) == 1
-
-
-def test_the_pieces_of_a_split_bag_are_one_recording(tmp_path):
-    folder = tmp_path / "bag"
-    folder.mkdir()
-    write_sequence(folder / "bag_10.mcap", seconds=2.0)
-    write_sequence(folder / "bag_9.mcap", seconds=1.0)
-    recording = read_recording(folder)
-    assert recording.ground_truth.times[-1] == pytest.approx(2.99)
 
 
 def test_a_damaged_sqlite_bag_says_so(tmp_path, topic_map):

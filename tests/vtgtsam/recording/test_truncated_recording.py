@@ -98,7 +98,7 @@ def test_a_flipped_bit_never_gives_wrong_values(whole, complete, tmp_path_factor
     ("content", "message"),
     [
         (b"", "is empty; expected an .mcap file"),
-        (b"not a recording", "is not an MCAP file; expected an .mcap file"),
+        (b"not a recording", "is not a recording; expected an .mcap file"),
         (b"\x89MCAP0\r\n", "holds no messages"),
     ],
 )

@@ -17,6 +17,8 @@ from .. import Recording, TopicMap, messages, read_recording
 from ..bags import open_source
 from ..camera import image_times
 from ..consistency.vision import visual_off_truth
+from ..magic import kind_of
+from ..pieces import METADATA, read_listed, unlisted
 from ..replace import replace_topic
 from ..trajectory import PoseTrajectory
 from .files import PoseFiles
@@ -74,8 +76,7 @@ def attach_vision(
         RecordingError: The files do not fit the recording; nothing is written.
     """
     source, out = Path(recording), Path(out)
-    if source.is_dir() or source.suffix != ".mcap":
-        raise RecordingError(f"{source} must be an .mcap file to attach poses to")
+    source = _mcap_file(source)
     if out.resolve() == source.resolve():
         raise RecordingError(f"--out must be another file than the recording {source}")
     before = read_recording(source, topics=topics)
@@ -105,6 +106,19 @@ def attach_vision(
         0 if old is None else len(old),
         warnings,
     )
+
+
+def _mcap_file(source: Path) -> Path:
+    """The one MCAP file of a recording."""
+    files = [source]
+    if source.is_dir():
+        files = read_listed(source).files if (source / METADATA).is_file() else unlisted(source)
+    if len(files) != 1 or not files[0].is_file() or kind_of(files[0]) != "mcap":
+        raise RecordingError(
+            f"{source} must be an .mcap file, or a rosbag2 folder with one, to attach poses to; `vtgtsam "
+            "convert` makes one of any bag"
+        )
+    return files[0]
 
 
 def _understood(
