@@ -9,12 +9,11 @@ from __future__ import annotations
 
 import functools
 import logging
-import sys
 from collections.abc import Callable
 
 import typer
 
-from vtgtsam.exceptions import VtgtsamError
+from vtgtsam.commands.edge import edge
 
 from .commands.calibrate_wrist import calibrate_wrist
 from .commands.check import check
@@ -60,12 +59,8 @@ def hardware() -> None:
 
 def main() -> None:
     """Run the command line of this process."""
-    try:
-        with stop_on_signals():
-            app()
-    except (VtgtsamError, OSError) as error:
-        print(f"hardware: {' '.join(str(error).split())}", file=sys.stderr)
-        sys.exit(1)
+    with edge("hardware"), stop_on_signals():
+        app()
 
 
 if __name__ == "__main__":

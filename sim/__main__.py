@@ -7,14 +7,13 @@ but some sequences could not be made. Any other error is a mistake of this progr
 
 from __future__ import annotations
 
-import sys
 from collections import Counter
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from vtgtsam.exceptions import VtgtsamError
+from vtgtsam.commands.edge import edge
 
 if TYPE_CHECKING:
     from .datasets import Outcome
@@ -241,11 +240,8 @@ def _print_summary(outcomes: list[Outcome], folder: Path) -> bool:
 
 def main() -> None:
     """Run the command line of this process."""
-    try:
+    with edge("sim"):
         app()
-    except (VtgtsamError, OSError) as error:
-        print(f"sim: {' '.join(str(error).split())}", file=sys.stderr)
-        sys.exit(1)
 
 
 if __name__ == "__main__":

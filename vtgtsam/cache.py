@@ -7,19 +7,30 @@ goes stale. A file appears under its name only when it is complete: processes ma
 
 from __future__ import annotations
 
+import hashlib
+import io
 import logging
+import math
 import os
 import sys
 import tempfile
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from zipfile import BadZipFile
+from zipfile import ZipFile
 
 import numpy as np
 
+from . import limits
+from .input.plain import plain
+
 logger = logging.getLogger(__name__)
 
-NAMES = "names of the arrays"  # what else the file must hold: a damaged archive may lose some
+DIGEST = "sha256 of the arrays"  # what else the file holds: a damaged array may look like one
+_HEADERS = {
+    (1, 0): np.lib.format.read_array_header_1_0,
+    (2, 0): np.lib.format.read_array_header_2_0,
+}
+_ARRAY_BYTES = 4 * limits.NODES  # a field's values are float32
 
 
 def cache_directory() -> Path:
@@ -60,16 +71,42 @@ def cached_arrays(
 
 def _read(path: Path) -> dict[str, np.ndarray] | None:
     try:
-        with np.load(path, allow_pickle=False) as archive:
-            found = {name: archive[name] for name in archive.files}
-        if found.pop(NAMES).tolist() != sorted(found):
-            raise ValueError("an array is missing")
+        found = read_arrays(path)
+        if str(found.pop(DIGEST)) != _digest(found):
+            raise ValueError("its digest is another")
     except (FileNotFoundError, NotADirectoryError):
         return None
-    except (OSError, ValueError, EOFError, KeyError, NotImplementedError, BadZipFile) as error:
-        logger.warning("%s is damaged (%s) and is made anew", path, error)
+    except Exception as error:  # NumPy, zipfile and zlib raise a dozen kinds
+        logger.warning("%s is damaged (%s) and is made anew", path, plain(error))
         return None
     return found
+
+
+def read_arrays(path: Path) -> dict[str, np.ndarray]:
+    """The arrays of an ``.npz`` file, none larger than the file itself explains.
+
+    Raises:
+        Exception: Of a dozen kinds, where the file is damaged.
+    """
+    found = {}
+    with ZipFile(path) as archive:
+        for entry in archive.infolist():
+            limits.check(entry.file_size, _ARRAY_BYTES, f"bytes of {entry.filename} in {path}")
+            content = io.BytesIO(archive.read(entry))
+            shape, _, kind = _HEADERS[np.lib.format.read_magic(content)](content)
+            if math.prod(shape) * kind.itemsize > entry.file_size:
+                raise ValueError(f"{entry.filename} says it has shape {shape}")
+            content.seek(0)
+            array = np.lib.format.read_array(content, allow_pickle=False)
+            found[entry.filename.removesuffix(".npy")] = array
+    return found
+
+
+def _digest(arrays: Mapping[str, np.ndarray]) -> str:
+    digest = hashlib.sha256()
+    for name, array in sorted(arrays.items()):
+        digest.update(f"{name} {array.dtype.str} {array.shape} ".encode() + array.tobytes())
+    return digest.hexdigest()
 
 
 def _write(path: Path, arrays: Mapping[str, np.ndarray]) -> None:
@@ -78,7 +115,7 @@ def _write(path: Path, arrays: Mapping[str, np.ndarray]) -> None:
         handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=".", suffix=".part")
         try:
             with os.fdopen(handle, "wb") as file:
-                np.savez(file, **arrays, **{NAMES: np.array(sorted(arrays), dtype=str)})  # type: ignore[arg-type]
+                np.savez(file, **arrays, **{DIGEST: np.array(_digest(arrays))})  # type: ignore[arg-type]
             os.replace(temporary, path)
         except BaseException:
             Path(temporary).unlink(missing_ok=True)

@@ -2,13 +2,12 @@
 """The command line: ``vtgtsam evaluate``, ``vtgtsam inspect``, ...
 
 Exit codes: 0 done; 1 an error that is to be expected, in one line on stderr, or ``inspect`` found a
-problem; 2 wrong usage; 3 finished, but some sequences failed. Any other error is a mistake of this program
-and shows its traceback.
+problem; 2 wrong usage; 3 finished, but some sequences failed. Any other error is a mistake of this program,
+which says so below its traceback; the exit code is 1.
 """
 
 from __future__ import annotations
 
-import sys
 from typing import Annotated
 
 import typer
@@ -18,12 +17,12 @@ from .commands.attach_vision import attach_vision
 from .commands.check_hand import check_hand, suggest_pads
 from .commands.check_mesh import check_mesh
 from .commands.convert import convert
+from .commands.edge import edge
 from .commands.evaluate import evaluate
 from .commands.inspect import inspect
 from .commands.report import report
 from .commands.sdf import sdf
 from .commands.view import view
-from .exceptions import VtgtsamError
 
 app = typer.Typer(
     name="vtgtsam",
@@ -65,11 +64,8 @@ def vtgtsam(
 
 def main() -> None:
     """Run the command line of this process."""
-    try:
+    with edge("vtgtsam"):
         app()
-    except (VtgtsamError, OSError) as error:
-        print(f"vtgtsam: {' '.join(str(error).split())}", file=sys.stderr)
-        sys.exit(1)
 
 
 if __name__ == "__main__":

@@ -11,6 +11,8 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from pydantic_core import ErrorDetails
 
 from .exceptions import ConfigError
+from .input.plain import plain
+from .input.text import read_yaml
 
 Method = Literal["vis", "vis+pen", "vis+tac+pen"]
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
@@ -104,10 +106,7 @@ class EstimatorConfig(BaseModel):
         Raises:
             ConfigError: The file cannot be read, or names an unknown setting or a wrong value.
         """
-        try:
-            settings = yaml.safe_load(Path(path).read_text(encoding="utf-8"))
-        except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
-            raise ConfigError(f"cannot read settings from {path}: {error}") from error
+        settings = read_yaml(Path(path), ConfigError, "settings from ")
         if settings is None:
             settings = {}
         if not isinstance(settings, dict):
@@ -154,7 +153,7 @@ def _sentence(error: ValidationError) -> str:
     for item in faults:
         name = str(item["loc"][0])
         if item["type"] == "extra_forbidden":
-            parts.append(f"unknown setting {name!r} (known: {known})")
+            parts.append(f"unknown setting {plain(repr(name))} (known: {known})")
         elif name != "w_vis":
             parts.append(_fault(name, item))
     visual = [item for item in faults if item["loc"][0] == "w_vis"]
@@ -170,11 +169,11 @@ def _visual_fault(items: list[ErrorDetails]) -> str:
             names = {"0": "rotation", "1": "translation"}
             inner = [names.get(str(part), str(part)) for part in item["loc"][2:]]
             return _fault(".".join(["w_vis", *inner]), item)
-    return f"w_vis must be one number, or two: rotation and translation, got {items[0]['input']!r}"
+    return f"w_vis must be one number, or two: rotation and translation, got {plain(repr(items[0]['input']))}"
 
 
 def _fault(name: str, item: ErrorDetails) -> str:
     if item["type"] in _MUST_BE:
         must_be = _MUST_BE[item["type"]].format(**item.get("ctx", {}))
-        return f"{name} must be {must_be}, got {item['input']!r}"
-    return f"{name}: {item['msg']}, got {item['input']!r}"
+        return f"{name} must be {must_be}, got {plain(repr(item['input']))}"
+    return f"{name}: {item['msg']}, got {plain(repr(item['input']))}"

@@ -171,10 +171,23 @@ def test_wrong_usage_is_exit_code_2(run, tmp_path, monkeypatch, arguments):
     assert run(*arguments)[0] == 2
 
 
-def test_a_mistake_of_the_program_shows_its_traceback(run, tmp_path, monkeypatch):
+def test_a_mistake_of_the_program_shows_its_traceback_and_says_that_it_is_one(
+    run, tmp_path, monkeypatch
+):
     monkeypatch.setattr("vtgtsam.evaluation.tables.check_finished", lambda folder: 1 / 0)
-    with pytest.raises(ZeroDivisionError):
-        run("report", tmp_path)
+    code, out, err = run("report", tmp_path)
+    assert (code, out) == (1, "")
+    assert "Traceback" in err
+    assert "ZeroDivisionError" in err
+    assert err.splitlines()[-1].startswith("vtgtsam: this is a fault of vtgtsam, not of what it")
+
+
+def test_too_little_memory_is_one_sentence(run, tmp_path, monkeypatch):
+    def greedy(folder):
+        raise MemoryError
+
+    monkeypatch.setattr("vtgtsam.evaluation.tables.check_finished", greedy)
+    assert run("report", tmp_path) == (1, "", "vtgtsam: there is not enough memory for this\n")
 
 
 def test_an_interrupted_evaluation_says_how_to_go_on(run, tmp_path, monkeypatch):

@@ -75,7 +75,7 @@ def test_a_config_cannot_be_changed():
         ("w_pen: .inf", "w_pen must be finite, got inf$"),
         ("method: tac", "method must be 'vis', 'vis.pen' or 'vis.tac.pen', got 'tac'$"),
         ("- 3", "expected a mapping of setting to value, got a list"),
-        ("a: [", "cannot read settings"),
+        ("a: [", "settings from .* is not valid YAML"),
     ],
 )
 def test_a_wrong_file_is_explained_in_one_sentence(text, message, tmp_path):

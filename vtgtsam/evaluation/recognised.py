@@ -13,9 +13,10 @@ from typing import get_args
 
 import pyarrow as pa
 import pyarrow.parquet as pq
-import yaml
 
 from ..config import Method
+from ..exceptions import VtgtsamError
+from ..input.text import read_yaml
 from . import store
 from .bop import HEADER
 from .parquet import read_about
@@ -86,8 +87,8 @@ def _is_metrics(path: Path) -> bool:
 def _is_config(path: Path) -> bool:
     """The effective configuration, which no one can give as ``--config``."""
     try:
-        content = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError, yaml.YAMLError):
+        content = read_yaml(path)
+    except VtgtsamError:
         return False
     return isinstance(content, dict) and {"version", "methods"} <= set(content)
 

@@ -14,6 +14,7 @@ from ..config import EstimatorConfig
 from ..estimator import PoseEstimator
 from ..exceptions import RecordingError, VtgtsamError
 from ..frame import contact_bits
+from ..input.plain import plain, sentence
 from ..recording import Recording
 from ..recording.frames import evaluation_frames
 from . import store
@@ -23,6 +24,9 @@ from .given import Given
 from .phases import turn_phases
 from .remote import RemoteRecording
 from .resume import sequence_key
+
+CONDITION = ("dataset", "tracker", "noise_scale")  # as the metadata have them
+LONGEST_NAME = 80  # [characters] of them: files are called by them
 
 logger = logging.getLogger(__name__)
 
@@ -80,9 +84,9 @@ def evaluate_sequence(task: Task) -> Outcome:
     except Exception as error:
         store.forget(task.out, task.sequence)
         if isinstance(error, (VtgtsamError, ValueError, OSError)):
-            return Outcome(task.sequence, {}, problem=" ".join(str(error).split()))
+            return Outcome(task.sequence, {}, problem=sentence(error))
         logger.exception("%s failed", task.sequence)
-        return Outcome(task.sequence, {}, problem=f"{type(error).__name__}: {error}")
+        return Outcome(task.sequence, {}, problem=sentence(f"{type(error).__name__}: {error}"))
 
 
 def _on_disk(recording: Path | RemoteRecording) -> AbstractContextManager[Path]:
@@ -124,7 +128,7 @@ def _describe(sequence: str, recording: Recording, times: Sequence[float]) -> di
     return {
         "sequence": sequence,
         "object": recording.object.name,
-        **{name: info.get(name, "") for name in ("dataset", "tracker", "noise_scale")},
+        **{name: plain(info.get(name, ""), LONGEST_NAME) for name in CONDITION},
         "pads": list(recording.hand.pad_names),
         "camera_poses": _camera_poses(recording, times),
         "warnings": list(recording.warnings),

@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pydantic
-import yaml
 
 from ..exceptions import HandError
+from ..input.text import read_yaml
 
 if TYPE_CHECKING:
     from .. import HandModel
@@ -132,10 +132,10 @@ def load_grasp(name_or_path: str | Path = "isyhand", *folders: Path) -> GraspDes
             f"no description of a hand {str(name_or_path)!r}: known are {known}, or give a YAML file"
         )
     try:
-        content: dict[str, Any] = yaml.safe_load(path.read_text())
+        content: dict[str, Any] = read_yaml(path, HandError)
         for key in ("hand", "pads") if isinstance(content, dict) else ():
             if (path.parent / str(content.get(key))).is_file():
                 content[key] = str(path.parent / content[key])
         return GraspDescription.model_validate(content)
-    except (yaml.YAMLError, pydantic.ValidationError) as error:
+    except pydantic.ValidationError as error:
         raise HandError(f"{path}: {' '.join(str(error).split())}") from error

@@ -8,14 +8,28 @@ import re
 from pathlib import Path
 
 import mujoco
+import numpy as np
 
 from ..exceptions import HandError
 from . import mesh_files
+from .xml_check import check_file, check_text
 
 _log = logging.getLogger(__name__)
 
 UNNAMED = "body "  # a body without a name gets this and its number
 PADS_TEXT = "vtgtsam_pads"  # name of the <text> in <custom> that keeps which boxes are pads
+_PLACES = (
+    "body_pos",
+    "body_quat",
+    "jnt_pos",
+    "jnt_axis",
+    "site_pos",
+    "site_quat",
+    "geom_pos",
+    "geom_quat",
+    "qpos0",
+)
+_FAR = 1e4  # also in radians and as part of a quaternion
 _DECLARATION = "XML_ERROR_PARSING_DECLARATION"
 
 
@@ -44,6 +58,7 @@ def read_spec(path: Path) -> mujoco.MjSpec:
             f"MuJoCo does not read files that end in {path.suffix or 'nothing'}; rename {path} to "
             f"{path.stem}{suffix}"
         )
+    check_file(path)
     try:
         return _keep_links(mujoco.MjSpec.from_file(str(path)))
     except ValueError as error:
@@ -56,6 +71,7 @@ def parse_spec(text: str) -> mujoco.MjSpec:
     Raises:
         HandError: The text is neither MJCF nor URDF.
     """
+    check_text(text, "the hand's text")
     try:
         return _keep_links(mujoco.MjSpec.from_string(text))
     except ValueError as error:
@@ -114,6 +130,7 @@ def compile_hand(spec: mujoco.MjSpec) -> mujoco.MjModel:
             if not mesh_files.needed(spec):
                 raise HandError(f"MuJoCo cannot use this hand: {_one_line(error)}") from error
             model = _compile_without_meshes(spec, error)
+    _check_finite(model)
     _check_joints(model)
     return model
 
@@ -126,6 +143,16 @@ def _compile_without_meshes(spec: mujoco.MjSpec, error: Exception) -> mujoco.MjM
         raise HandError(f"MuJoCo cannot use this hand: {_one_line(second)}") from second
     _log.warning("hand loaded without its meshes, only joints and boxes: %s", _one_line(error))
     return model
+
+
+def _check_finite(model: mujoco.MjModel) -> None:
+    """Refuse numbers that MuJoCo takes and no pose can be computed from."""
+    for name in _PLACES:
+        numbers = np.asarray(getattr(model, name))
+        if not (np.abs(numbers) < _FAR).all():  # NaN is not
+            raise HandError(
+                f"the hand has a {name} that is not finite or beyond {_FAR:g} m; correct it in its file"
+            )
 
 
 def _check_joints(model: mujoco.MjModel) -> None:

@@ -32,6 +32,11 @@ _BUILT_IN = Path(__file__).parent
 _log = logging.getLogger(__name__)
 
 
+def built_in_hands() -> list[str]:
+    """Names of the built-in hands."""
+    return sorted(file.stem for file in _BUILT_IN.glob("*.xml"))
+
+
 def load_hand(name_or_path: str | Path) -> HandModel:
     """A built-in hand by its name ("isyhand"), or a hand from an MJCF or URDF file.
 
@@ -40,7 +45,7 @@ def load_hand(name_or_path: str | Path) -> HandModel:
     Raises:
         HandError: The name is unknown, or the file is not a hand with pads.
     """
-    known = sorted(file.stem for file in _BUILT_IN.glob("*.xml"))
+    known = built_in_hands()
     if name_or_path in known:
         return HandModel.from_mjcf(_BUILT_IN / f"{name_or_path}.xml")
     if not Path(name_or_path).is_file():

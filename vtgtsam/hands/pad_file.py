@@ -21,7 +21,6 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import numpy as np
-import yaml
 from pydantic import (
     AfterValidator,
     BaseModel,
@@ -34,6 +33,7 @@ from pydantic import (
 )
 
 from ..exceptions import HandError
+from ..input.text import parse_json, read_yaml
 
 THICKNESS = (
     0.002  # [m], of a pad that is given by its face alone; only the simulator and pictures use it
@@ -154,14 +154,7 @@ def read_pad_file(path: str | Path) -> PadFile:
         HandError: It cannot be read or says something that is not understood.
     """
     path = Path(path)
-    try:
-        content = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise HandError(f"cannot read the pads file {path}: {error.strerror}") from None
-    except (yaml.YAMLError, UnicodeDecodeError, RecursionError) as error:
-        raise HandError(
-            f"the pads file {path} is not valid YAML: {' '.join(str(error).split())}"
-        ) from None
+    content = read_yaml(path, HandError, "the pads file ")
     if not isinstance(content, dict) or "pads" not in content:
         raise HandError(
             f"the pads file {path} must have an entry 'pads', a list; docs/pads.md shows one"
@@ -192,7 +185,7 @@ def entries_from_text(text: str) -> tuple[PadEntry, ...]:
         HandError: It is not such a text.
     """
     try:
-        return PadFile.model_validate({"pads": json.loads(text)}).pads
+        return PadFile.model_validate({"pads": parse_json(text, "the list", HandError)}).pads
     except (ValueError, RecursionError) as error:
         raise HandError(f"the list of pads in the hand's text is damaged: {error}") from None
 

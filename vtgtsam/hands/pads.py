@@ -11,11 +11,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from .. import limits
+
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
 RIM = 0.002  # [m], radius of the rounded edge, where no contact point is sought (paper, section III-C)
-LARGEST_SIDE = 0.5  # [m], no pad of a hand is larger
 SPACING = 0.001  # [m], between grid points (paper, section III-C)
 
 
@@ -49,9 +50,9 @@ class Pad:
         self.size = np.array(size, dtype=np.float64)
         if self.size.shape != (2,) or not np.isfinite(self.size).all():
             raise ValueError(f"pad {name!r}: size must be (length, width) [m], got {size!r}")
-        if self.size.max() > LARGEST_SIDE:
+        if self.size.max() > limits.PAD_SIDE * limits.factor():
             raise ValueError(
-                f"pad {name!r} is {self.size[0]:.4g} x {self.size[1]:.4g} m, more than {LARGEST_SIDE:g} m: "
+                f"pad {name!r} is {self.size[0]:.4g} x {self.size[1]:.4g} m, more than {limits.PAD_SIDE:g} m: "
                 "it is probably in millimetres; a hand's file has to be in metres"
             )
         if points_p is None:
@@ -95,6 +96,8 @@ class PadSet:
         doubles = sorted({name for name in self.pad_names if self.pad_names.count(name) > 1})
         if doubles:
             raise ValueError(f"pad names must be unique, these occur twice: {', '.join(doubles)}")
+        points = sum(len(pad.points_p) for pad in self.pads)
+        limits.check(points, limits.PAD_POINTS, "grid points of all pads")
         self.points_p = np.concatenate([pad.points_p for pad in self.pads])
         self.offsets = np.cumsum([0, *(len(pad.points_p) for pad in self.pads)])
         self.points_p.flags.writeable = False

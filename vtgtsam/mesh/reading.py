@@ -4,15 +4,22 @@
 from __future__ import annotations
 
 import hashlib
+import io
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from .. import limits
 from ..exceptions import MeshError
+from ..input.plain import plain
+from ..input.text import read_bytes
 
 if TYPE_CHECKING:
     import trimesh
+
+ALONE = (".obj", ".ply", ".stl", ".off", ".glb")  # formats that say a whole shape in one file
+ARCHIVES = (".zip", ".gz", ".bz2", ".tar", ".tgz", ".xz", ".zst", ".7z")
 
 LARGEST_EXTENT = 2.0  # [m], nothing that a hand holds is larger
 SMALLEST_EXTENT = 1e-3  # [m]
@@ -32,15 +39,42 @@ def read_mesh(path: str | Path) -> trimesh.Trimesh:
     path = Path(path)
     if not path.is_file():
         raise MeshError(f"there is no mesh file {path}")
+    suffix = path.suffix.lower()
+    if suffix in ARCHIVES:
+        raise MeshError(f"{path} is an archive; unpack it and give the mesh in it")
+    content = read_bytes(path, limits.MESH_BYTES, MeshError)
     try:
-        loaded = trimesh.load_scene(path, process=False)
+        # From bytes, so that no other file is opened: of a shape nothing else matters.
+        source = io.BytesIO(content) if suffix in ALONE else path
+        loaded = trimesh.load_scene(source, file_type=suffix.removeprefix("."), process=False)
+        for geometry in loaded.geometry.values():
+            _check_faces(geometry, str(path))
         mesh = loaded.to_mesh()
+    except MeshError:
+        raise
+    except MemoryError:
+        raise MeshError(f"{path} asks for more memory than there is") from None
     except Exception as error:  # trimesh's loaders raise whatever their parsers do
         raise MeshError(
-            f"{path} cannot be read as a mesh ({error}); convert it to OBJ, PLY or STL"
+            f"{path} cannot be read as a mesh ({plain(error)}); convert it to OBJ, PLY or STL"
         ) from error
     check_geometry(mesh.vertices, mesh.faces, str(path))
     return merged(mesh.vertices, mesh.faces)
+
+
+def _check_faces(geometry: object, name: str) -> None:
+    """Refuse faces that name vertices which are not there, before anything computes with them."""
+    vertices, faces = getattr(geometry, "vertices", None), getattr(geometry, "faces", None)
+    if vertices is None or faces is None or len(faces) == 0:
+        return
+    limits.check(len(faces), limits.FACES, f"faces in {name}", MeshError)
+    limits.check(len(vertices), limits.VERTICES, f"vertices in {name}", MeshError)
+    lowest, highest = int(np.min(faces)), int(np.max(faces))
+    if lowest < 0 or highest >= len(vertices):
+        raise MeshError(
+            f"{name} has faces with vertices {lowest} to {highest}, but it has {len(vertices)} vertices; "
+            "export it again"
+        )
 
 
 def merged(vertices: np.ndarray, faces: np.ndarray) -> trimesh.Trimesh:

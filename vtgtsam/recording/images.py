@@ -4,8 +4,15 @@
 from __future__ import annotations
 
 import io
+from typing import TYPE_CHECKING
 
 import numpy as np
+
+from .. import limits
+from ..exceptions import RecordingError
+
+if TYPE_CHECKING:
+    from PIL import Image
 
 MAX_MILLIMETRES = np.iinfo(np.uint16).max
 
@@ -32,7 +39,7 @@ def decode_depth(png: bytes) -> np.ndarray:
     """Depth image [m], float32, shape (H, W); 0 where there is no depth."""
     from PIL import Image
 
-    millimetres = np.asarray(Image.open(io.BytesIO(png)), dtype=np.float32)
+    millimetres = np.asarray(_checked(Image.open(io.BytesIO(png))), dtype=np.float32)
     if millimetres.ndim != 2:
         raise ValueError(f"a depth image has one channel, this one has shape {millimetres.shape}")
     return millimetres / np.float32(1e3)
@@ -56,4 +63,10 @@ def decode_color(data: bytes) -> np.ndarray:
     """Colour image, RGB, uint8, shape (H, W, 3), of a JPEG or PNG file."""
     from PIL import Image
 
-    return np.array(Image.open(io.BytesIO(data)).convert("RGB"))
+    return np.array(_checked(Image.open(io.BytesIO(data))).convert("RGB"))
+
+
+def _checked(image: Image.Image) -> Image.Image:
+    """The image, of which so far only the header was read."""
+    limits.check(image.width * image.height, limits.PIXELS, "pixels of one image", RecordingError)
+    return image

@@ -12,9 +12,12 @@ import json
 import tempfile
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from ..exceptions import RecordingError
+from ..exceptions import HandError, MeshError, RecordingError
+from ..input.door import reading
+from ..input.plain import plain
+from ..input.text import parse_json
 from . import names
 
 if TYPE_CHECKING:
@@ -22,6 +25,9 @@ if TYPE_CHECKING:
 
     from ..hands.model import HandModel
     from ..objects import ObjectModel
+
+
+ATTACHED_MESHES = (".obj", ".ply", ".stl", ".off", ".glb")  # formats that need no other file
 
 
 def object_metadata(obj: ObjectModel) -> dict[str, str]:
@@ -68,16 +74,19 @@ def find_hand(info: Mapping[str, str], attachments: Mapping[str, bytes]) -> Hand
         RecordingError: The recording says nothing of its hand.
         HandError: The attachment is no hand, or the name is unknown.
     """
-    from ..hands.model import HandModel, load_hand
+    from ..hands.model import HandModel, built_in_hands, load_hand
 
     attached = _attached(attachments, names.HAND_ATTACHMENT)
     if attached is not None:
-        return HandModel.from_text(attached[1].decode())
+        with reading("the hand attached to the recording", HandError):
+            return HandModel.from_text(attached[1].decode())
     if not info.get("hand"):
         raise RecordingError(
             "the recording does not say which hand it was made with; "
             "give hand= (--hand), a name or an MJCF or URDF file"
         )
+    if info["hand"] not in built_in_hands():
+        _refuse_path("hand", info["hand"])
     return load_hand(info["hand"])
 
 
@@ -89,6 +98,7 @@ def find_object(info: Mapping[str, str], attachments: Mapping[str, bytes]) -> Ob
         MeshError: The attachment is no mesh, or the name is unknown.
     """
     from ..objects import load_object
+    from ..shapes import CATALOGUE
 
     attached = _attached(attachments, names.OBJECT_ATTACHMENT)
     if attached is None and not info.get("object"):
@@ -98,15 +108,40 @@ def find_object(info: Mapping[str, str], attachments: Mapping[str, bytes]) -> Ob
         )
     scale, origin = _number(info, "object_scale", 1.0), _origin(info)
     if attached is None:
+        if info["object"] not in CATALOGUE:
+            _refuse_path("object", info["object"])
         return load_object(info["object"], scale=scale, origin=origin)
     suffix, data = attached
-    with tempfile.TemporaryDirectory() as folder:
-        file = Path(folder) / f"{names.OBJECT_ATTACHMENT}{suffix}"
+    if suffix.lower() not in ATTACHED_MESHES:
+        raise RecordingError(
+            f"the object's mesh is attached as {plain(suffix) or 'a file without a suffix'}, expected one of "
+            f"{', '.join(ATTACHED_MESHES)}; give the object with object= (--object)"
+        )
+    with tempfile.TemporaryDirectory() as folder, reading("the attached mesh", MeshError):
+        file = Path(folder) / f"{names.OBJECT_ATTACHMENT}{suffix.lower()}"
         file.write_bytes(data)
         obj = load_object(file, scale=scale, origin=origin)
-    symmetry = json.loads(info["object_symmetry"]) if "object_symmetry" in info else None
-    name = Path(info.get("object", "") or names.OBJECT_ATTACHMENT).stem
-    return dataclasses.replace(obj, name=name, symmetry=symmetry, source=None)
+    name = plain(Path(info.get("object", "") or names.OBJECT_ATTACHMENT).stem, 80)
+    return dataclasses.replace(obj, name=name, symmetry=_symmetry(info), source=None)
+
+
+def _refuse_path(what: str, name: str) -> None:
+    """What a recording says opens no file of this machine: it may name what is built in, and attach the rest."""
+    if Path(name).name != name or Path(name).exists():
+        raise RecordingError(
+            f"the recording names its {what} {plain(repr(name))}, which is not built in, and does not hold it; "
+            f"give it with {what}= (--{what})"
+        )
+
+
+def _symmetry(info: Mapping[str, str]) -> dict[str, Any] | None:
+    if "object_symmetry" not in info:
+        return None
+    what = "metadata 'object_symmetry'"
+    symmetry = parse_json(info["object_symmetry"], what, RecordingError)
+    if symmetry is not None and not isinstance(symmetry, dict):
+        raise RecordingError(f"{what} must be an object's entry of BOP's models_info.json")
+    return symmetry
 
 
 def _attached(attachments: Mapping[str, bytes], stem: str) -> tuple[str, bytes] | None:
@@ -121,7 +156,9 @@ def _number(info: Mapping[str, str], key: str, default: float) -> float:
     try:
         return float(info.get(key) or default)
     except ValueError:
-        raise RecordingError(f"metadata {key!r} must be a number, got {info[key]!r}") from None
+        raise RecordingError(
+            f"metadata {key!r} must be a number, got {plain(repr(info[key]))}"
+        ) from None
 
 
 def _origin(info: Mapping[str, str]) -> tuple[float, ...] | None:
@@ -131,5 +168,7 @@ def _origin(info: Mapping[str, str]) -> tuple[float, ...] | None:
     except ValueError:
         numbers = ()
     if text.strip() and len(numbers) != 3:
-        raise RecordingError(f"metadata 'object_origin' must be three numbers [m], got {text!r}")
+        raise RecordingError(
+            f"metadata 'object_origin' must be three numbers [m], got {plain(repr(text))}"
+        )
     return numbers or None

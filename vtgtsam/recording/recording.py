@@ -12,7 +12,9 @@ from typing import TYPE_CHECKING, Any, Literal, TypeVar
 import gtsam
 import numpy as np
 
+from .. import limits
 from ..exceptions import RecordingError, VtgtsamError
+from ..input.plain import plain, sentence
 from ..measurement import Measurement
 from . import names
 from .align import VISION_HOLD_NS, Streams, measurements_at
@@ -30,7 +32,8 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 
-MAX_FRAMES = 10**7  # a day at 100 Hz
+LONGEST_PAUSE_NS = 10 * 10**9  # [ns] without any joint angle or contact
+MAX_NAMED_PAUSES = 3
 
 _log = logging.getLogger(__name__)
 
@@ -138,7 +141,7 @@ class Recording:
         except ValueError:
             seconds = -1.0
         if not 0 <= seconds < 1e6:
-            raise RecordingError(f"{names.VISION_HOLD} must be seconds, got {text!r}")
+            raise RecordingError(f"{names.VISION_HOLD} must be seconds, got {plain(repr(text))}")
         return round(seconds * 1e9)
 
     def _instants(
@@ -155,14 +158,29 @@ class Recording:
         if isinstance(rate, str) or not (np.isfinite(rate) and rate > 0):
             raise ValueError(f'rate must be "vision", "recorded" or a number above 0, got {rate!r}')
         start = max(joints.start_ns(self.hand.joint_names), contacts.start_ns(self.hand.pad_names))
-        end = max(int(joints.times_ns[-1]), int(contacts.times_ns[-1]))
-        count = max(int((end - start) * rate / 1e9) + 1, 0)
-        if count > MAX_FRAMES:
-            raise RecordingError(
-                f"{self.path}: from {start / 1e9:.2f} s to {end / 1e9:.2f} s there would be {count} "
-                f"frames, more than {MAX_FRAMES}; is a stamp wrong?"
-            )
-        steps_ns: np.ndarray = np.rint(np.arange(count) * (1e9 / rate)).astype(np.int64)
+        times: np.ndarray = np.union1d(joints.times_ns, contacts.times_ns)
+        return self._grid(times[times >= start], rate)
+
+    def _grid(self, times_ns: np.ndarray, rate: float) -> np.ndarray:
+        """Instants [ns] at a rate [Hz] from the first time on; none while nothing at all was recorded."""
+        if len(times_ns) == 0:
+            return times_ns
+        pauses = np.flatnonzero(np.diff(times_ns) > LONGEST_PAUSE_NS)
+        self.warn(
+            [
+                f"nothing was recorded from {times_ns[i] / 1e9:.2f} to {times_ns[i + 1] / 1e9:.2f} s, so there are "
+                "no frames in between; is a stamp wrong?"
+                for i in pauses[:MAX_NAMED_PAUSES].tolist()
+            ]
+        )
+        start = int(times_ns[0])
+        firsts = np.ceil((times_ns[[0, *(pauses + 1)]] - start) * (rate / 1e9))
+        lasts = np.floor((times_ns[[*pauses, -1]] - start) * (rate / 1e9))
+        frames = float(np.maximum(lasts - firsts + 1, 0).sum())
+        most = limits.FRAMES + limits.FRAMES_PER_MESSAGE * len(times_ns)
+        limits.check(frames, most, f"frames at {rate:g} Hz in {self.path}", RecordingError)
+        counts = [np.arange(a, b + 1) for a, b in zip(firsts, lasts, strict=True)]
+        steps_ns: np.ndarray = np.rint(np.concatenate(counts) * (1e9 / rate)).astype(np.int64)
         return start + steps_ns
 
     @property
@@ -220,10 +238,10 @@ class Recording:
 
     def warn(self, sentences: list[str]) -> None:
         """Note what is wrong, each sentence once, and log it."""
-        for sentence in sentences:
-            if sentence not in self.warnings:
-                self.warnings.append(sentence)
-                _log.warning("%s: %s", self.path, sentence)
+        for told in map(sentence, sentences):
+            if told not in self.warnings:
+                self.warnings.append(told)
+                _log.warning("%s: %s", self.path, told)
 
     def _needed(self, stream: T | None, topic: str, what: str) -> T:
         if stream is not None:

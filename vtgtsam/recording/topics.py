@@ -27,7 +27,6 @@ from typing import Annotated, Any, Literal
 
 import gtsam
 import numpy as np
-import yaml
 from pydantic import (
     AfterValidator,
     BaseModel,
@@ -39,6 +38,8 @@ from pydantic import (
 )
 
 from ..exceptions import RecordingError
+from ..input.plain import plain
+from ..input.text import read_yaml
 from . import names
 from .messages import QUATERNION_TOLERANCE
 
@@ -185,13 +186,7 @@ def load_topics(path: str | Path) -> TopicMap:
         RecordingError: The file cannot be read or says something that is not understood.
     """
     path = Path(path)
-    try:
-        content = yaml.safe_load(path.read_text())
-    except OSError as error:
-        raise RecordingError(f"cannot read the topic map {path}: {error.strerror}") from None
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
-        detail = " ".join(str(error).split())
-        raise RecordingError(f"the topic map {path} is not valid YAML: {detail}") from None
+    content = read_yaml(path, RecordingError, "the topic map ")
     if not isinstance(content, dict) or "topics" not in content:
         raise RecordingError(
             f"the topic map {path} must have an entry 'topics' with at least joints and contacts"
@@ -209,11 +204,11 @@ def _sentence(error: ValidationError) -> str:
     # Names of the union's branches stand in the location too; they mean nothing to a reader.
     place = ".".join(str(part) for part in problem["loc"] if not _is_branch(part)) or "the file"
     if problem["type"] == "extra_forbidden":
-        return f"unknown entry '{place}'; remove it or correct its name"
+        return f"unknown entry '{plain(place)}'; remove it or correct its name"
     if problem["type"] == "missing":
         return f"the entry '{place}' is missing"
     message = problem["msg"].removeprefix("Value error, ")
-    return f"'{place}': {message[0].lower()}{message[1:]}, got {problem['input']!r}"
+    return f"'{place}': {message[0].lower()}{message[1:]}, got {plain(repr(problem['input']))}"
 
 
 def _is_branch(part: int | str) -> bool:

@@ -15,7 +15,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from .. import limits
 from ..cache import cached_arrays
+from ..exceptions import MeshError
 from ..mesh.orientation import outward
 from ..mesh.reading import check_geometry, check_size, read_mesh, sha256_of
 from .grid import GridSdf
@@ -44,6 +46,7 @@ def build_sdf(
     """
     if resolution != int(resolution) or resolution < 2:
         raise ValueError(f"resolution must be at least 2 nodes a side, got {resolution}")
+    limits.check(float(resolution) ** 3, limits.NODES, "nodes of a distance field", MeshError)
     if not (np.isfinite(margin) and margin >= 0):
         raise ValueError(f"margin must be a fraction of the mesh's extent, 0 or more, got {margin}")
     if isinstance(mesh, str | Path):

@@ -16,6 +16,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..atomic import replacing
+from ..cache import read_arrays
 from ..exceptions import MeshError
 from .kernels import steepest, value_and_gradient_at, value_at
 from .minorants import block_shift, minorants
@@ -104,7 +106,8 @@ class GridSdf:
         path = Path(path)
         if path.suffix != ".npz":
             raise ValueError(f"a distance field is saved as .npz, got {path.name!r}")
-        np.savez(path, values=self.values, lower=self.lower, upper=self.upper)
+        with replacing(path) as temporary, temporary.open("wb") as file:
+            np.savez(file, values=self.values, lower=self.lower, upper=self.upper)
 
     @classmethod
     def load(cls, path: str | Path) -> GridSdf:
@@ -115,9 +118,9 @@ class GridSdf:
             MeshError: The file is not a distance field.
         """
         try:
-            with np.load(path, allow_pickle=False) as arrays:
-                return cls(arrays["values"], arrays["lower"], arrays["upper"])
-        except FileNotFoundError:
+            arrays = read_arrays(Path(path))
+            return cls(arrays["values"], arrays["lower"], arrays["upper"])
+        except (FileNotFoundError, MemoryError):
             raise
         except Exception as error:  # np.load raises a handful of kinds on a damaged file
             raise MeshError(

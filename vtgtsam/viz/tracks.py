@@ -15,6 +15,7 @@ import yaml
 from ..config import EstimatorConfig
 from ..exceptions import ConfigError, RecordingError
 from ..frame import contact_bits
+from ..input.text import read_yaml
 from . import names
 
 if TYPE_CHECKING:
@@ -153,7 +154,7 @@ def _track(method: str, rows: list[dict[str, Any]], config: EstimatorConfig | No
 def _configs(folder: Path) -> dict[str, EstimatorConfig]:
     """Each method's settings, as far as the folder says; an interrupted evaluation does not."""
     try:
-        content = yaml.safe_load((folder / "config.yaml").read_text(encoding="utf-8"))
+        content = read_yaml(folder / "config.yaml", ConfigError)
         return {name: EstimatorConfig(**entry) for name, entry in content["methods"].items()}
     except (OSError, ValueError, KeyError, TypeError, yaml.YAMLError, ConfigError):
         return {}

@@ -226,7 +226,7 @@ def test_streams_of_different_clocks_are_refused(tmp_path):
             recording.measurements()
 
 
-def test_a_message_that_nobody_stamped_is_left_out_and_a_wild_stamp_refused(tmp_path):
+def test_a_message_that_nobody_stamped_is_left_out_and_a_wild_stamp_makes_no_frames(tmp_path):
     def write(path, wild):
         with RecordingWriter(path) as writer:
             for t in (wild, 1.7e9, 1.7e9 + 0.1, 1.7e9 + 0.2):
@@ -238,8 +238,9 @@ def test_a_message_that_nobody_stamped_is_left_out_and_a_wild_stamp_refused(tmp_
     assert len(recording.measurements(10)) == 3
     assert "1 of 4 messages are left out, they have no stamp" in recording.warnings[0]
     write(tmp_path / "wild", 1.0)
-    with pytest.raises(RecordingError, match="is a stamp wrong"):
-        read_recording(tmp_path / "wild", hand=gripper()).measurements(10)
+    recording = read_recording(tmp_path / "wild", hand=gripper())
+    assert 3 <= len(recording.measurements(10)) <= 4
+    assert any("is a stamp wrong" in warning for warning in recording.warnings)
 
 
 def test_a_message_without_positions_costs_itself(tmp_path):

@@ -9,9 +9,9 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
-import yaml
-
+from ... import limits
 from ...config import EstimatorConfig
+from ...input.text import parse_yaml, read_bytes
 from .. import store
 from ..methods import PRESETS
 
@@ -37,9 +37,14 @@ class Made:
 
 def how_made(out: Path) -> Made:
     """Read it from a run's folder. Nothing in it depends on when, where or in how many processes."""
-    text = (out / store.CONFIG).read_text(encoding="utf-8") if _has_config(out) else ""
-    config = yaml.safe_load(text) or {}
-    methods = config.get("methods", {})
+    text, config = "", {}
+    if _has_config(out):
+        content = read_bytes(out / store.CONFIG, limits.TEXT_BYTES)
+        text = content.decode("utf-8", errors="replace")
+        config = parse_yaml(content, str(out / store.CONFIG))
+    config = config if isinstance(config, dict) else {}
+    methods = config.get("methods")
+    methods = methods if isinstance(methods, dict) else {}
     evaluate = f"vtgtsam evaluate RECORDINGS --out DIR --methods {','.join(methods)}"
     return Made(
         str(config.get("version", "unknown")),

@@ -26,7 +26,9 @@ from typing import Literal
 import gtsam
 import numpy as np
 
+from ... import limits
 from ...exceptions import RecordingError
+from ...input.text import read_bytes
 from ..messages import QUATERNION_TOLERANCE
 
 Frame = Literal["world", "camera"]
@@ -75,11 +77,11 @@ def read_table(
     path = Path(path)
     if path.is_dir():
         return read_matrices(path)
+    if not path.exists():
+        raise RecordingError(f"{path} does not exist; give a folder or a file of poses")
     try:
-        text = path.read_text(encoding="utf-8-sig")
-    except FileNotFoundError:
-        raise RecordingError(f"{path} does not exist; give a folder or a file of poses") from None
-    except (OSError, UnicodeDecodeError) as error:
+        text = read_bytes(path, 64 * limits.TEXT_BYTES, RecordingError).decode("utf-8-sig")
+    except UnicodeDecodeError as error:
         raise RecordingError(f"{path} cannot be read as text: {error}") from None
     if text.lstrip().startswith("scene_id"):
         return read_bop(path, text, scene, obj)
@@ -185,7 +187,9 @@ def _number(file: Path) -> int | float:
 
 def _matrix(file: Path) -> np.ndarray:
     try:
-        matrix = np.array(file.read_text().split(), dtype=np.float64)
+        matrix = np.array(
+            read_bytes(file, limits.TEXT_BYTES, RecordingError).split(), dtype=np.float64
+        )
     except (ValueError, UnicodeDecodeError):
         matrix = np.empty(0)
     if matrix.size != 16:
