@@ -14,6 +14,7 @@ import numpy as np
 from ..input.plain import plain
 from . import names
 from .bags import open_source
+from .decode import CALENDAR_NS
 from .messages import is_known, stamp_ns
 from .source import BagMessage
 from .usable import try_to_use
@@ -28,6 +29,10 @@ ON_CHANGE = (names.HAND_POSE, names.CAMERA_POSE, names.CAMERA_INFO)  # pauses ar
 LONGEST_LINE = 2000  # [characters]
 _NAME = re.compile(r"[\w/~.-]{1,100}")
 _OURS = ("note", "warning", "problem", "attached")
+LEAST_DELAY = 1e-3  # [s], from stamp to receipt, that is shown
+LARGEST_DECODED = (
+    1 << 16
+)  # [bytes], of larger messages of types that nobody needs only the receipt is shown
 LONGEST_VALUE = 70  # [characters] of a metadata value that are shown
 
 
@@ -45,6 +50,8 @@ class StreamSummary:
         longest_gap: Longest time between two messages [s], NaN for fewer than two.
         out_of_order: Number of messages stamped before the one in front of them.
         bytes: Size of all messages.
+        delay: Median time from stamp to receipt [s].
+        undecoded: Number of messages whose stamps cannot be read; their receipt counts in this place.
     """
 
     topic: str
@@ -56,6 +63,8 @@ class StreamSummary:
     longest_gap: float
     out_of_order: int
     bytes: int
+    delay: float = 0.0
+    undecoded: int = 0
 
     @property
     def rate(self) -> float:
@@ -124,7 +133,14 @@ def _stream_line(stream: StreamSummary, width: int) -> str:
     if stream.count > 1:
         line += f" to {stream.end:.2f} s, {stream.rate:.1f} Hz"
         line += f", longest gap {stream.longest_gap * 1e3:.0f} ms"
+    if abs(stream.delay) >= LEAST_DELAY:
+        line += f", received {_delay(stream.delay)} its stamp"
     return line
+
+
+def _delay(seconds: float) -> str:
+    size = f"{abs(seconds):.1f} s" if abs(seconds) >= 1 else f"{abs(seconds) * 1e3:.0f} ms"
+    return f"{size} {'after' if seconds > 0 else 'before'}"
 
 
 def inspect_recording(
@@ -145,14 +161,11 @@ def inspect_recording(
         RecordingError: The path holds no recording at all.
     """
     source = open_source(path)
-    stamps: dict[str, list[int]] = {}
-    sizes: dict[str, int] = {}
+    tallies: dict[str, _Tally] = {}
     for message in source.messages():
-        stamps.setdefault(message.topic, []).append(_stamp_ns(message))
-        sizes[message.topic] = sizes.get(message.topic, 0) + len(message.data)
+        tallies.setdefault(message.topic, _Tally()).add(message)
     streams = [
-        _summary(topic, source.topics[topic], stamps[topic], sizes[topic])
-        for topic in sorted(stamps)
+        tally.summary(topic, source.topics[topic]) for topic, tally in sorted(tallies.items())
     ]
     use = try_to_use(path, hand, object, topics)
     return Inspection(
@@ -163,35 +176,78 @@ def inspect_recording(
         object=use.object,
         frames=use.frames,
         problems=use.problems
-        + [p for stream in streams for p in _stream_problems(stream, use.vision_topic)],
+        + [
+            problem
+            for stream in streams
+            if stream.topic in use.topics
+            for problem in _stream_problems(stream, use.vision_topic)
+        ],
         warnings=use.warnings,
         notes=use.notes,
     )
 
 
-def _stamp_ns(message: BagMessage) -> int:
-    """The header's stamp where the message is one of ours, else when it was received [ns]."""
-    if not is_known(message.msgtype):
-        return message.receive_ns
-    decoded = message.decode(message.data)
-    return (stamp_ns(decoded) if hasattr(decoded, "header") else 0) or message.receive_ns
+class _Tally:
+    """What is counted of one topic."""
+
+    def __init__(self) -> None:
+        self.stamps: list[int | None] = []
+        self.received: list[int] = []
+        self.bytes = 0
+        self.undecoded = 0
+
+    def add(self, message: BagMessage) -> None:
+        self.received.append(message.receive_ns)
+        self.bytes += len(message.data)
+        self.stamps.append(self._stamp(message))
+
+    def _stamp(self, message: BagMessage) -> int | None:
+        """The header's stamp [ns]; None where there is none, or the message is none of ours and large."""
+        if not is_known(message.msgtype) and len(message.data) > LARGEST_DECODED:
+            return None
+        try:
+            decoded = message.decode(message.data)
+        except (
+            Exception
+        ):  # a topic that nobody needs may hold anything; what is needed is read elsewhere
+            self.undecoded += 1
+            return None
+        return stamp_ns(decoded) if hasattr(decoded, "header") else None
+
+    def summary(self, topic: str, msgtype: str) -> StreamSummary:
+        times = self._times()
+        seconds = times / 1e9
+        ordered = np.sort(seconds)
+        steps = np.diff(ordered)
+        return StreamSummary(
+            topic=topic,
+            msgtype=msgtype,
+            count=len(times),
+            start=float(ordered[0]),
+            end=float(ordered[-1]),
+            period=_period(steps),
+            longest_gap=float(steps.max()) if len(steps) else float("nan"),
+            out_of_order=int(np.count_nonzero(np.diff(seconds) < 0)),
+            bytes=self.bytes,
+            delay=float(np.median(np.array(self.received) - times)) / 1e9,
+            undecoded=self.undecoded,
+        )
+
+    def _times(self) -> np.ndarray:
+        """The stamps [ns], and the receipt where there is none: 0 is one in simulation time only."""
+        none = (None, 0) if max(s or 0 for s in self.stamps) >= CALENDAR_NS else (None,)
+        if not any(self.stamps):
+            none = (None, 0)
+        pairs = zip(self.stamps, self.received, strict=True)
+        return np.array([r if s in none else s for s, r in pairs], dtype=np.int64)
 
 
-def _summary(topic: str, msgtype: str, stamps: list[int], size: int) -> StreamSummary:
-    seconds = np.array(stamps, dtype=np.int64) / 1e9
-    ordered = np.sort(seconds)
-    steps = np.diff(ordered)
-    return StreamSummary(
-        topic=topic,
-        msgtype=msgtype,
-        count=len(stamps),
-        start=float(ordered[0]),
-        end=float(ordered[-1]),
-        period=float(np.median(steps)) if len(steps) else float("nan"),
-        longest_gap=float(steps.max()) if len(steps) else float("nan"),
-        out_of_order=int(np.count_nonzero(np.diff(seconds) < 0)),
-        bytes=size,
-    )
+def _period(steps: np.ndarray) -> float:
+    """The usual time between messages [s]; the mean where most of them share their stamps."""
+    if len(steps) == 0:
+        return float("nan")
+    median = float(np.median(steps))
+    return median if median > 0 else float(np.mean(steps))
 
 
 def _stream_problems(stream: StreamSummary, vision_topic: str | None) -> Iterator[str]:

@@ -15,16 +15,28 @@ import struct
 import zlib
 from collections.abc import Callable, Container, Iterator
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import BinaryIO
 
 from mcap.data_stream import ReadDataStream
 from mcap.opcode import Opcode
-from mcap.records import Attachment, Channel, Chunk, McapRecord, Message, Metadata, Schema
+from mcap.records import (
+    Attachment,
+    Channel,
+    Chunk,
+    DataEnd,
+    Footer,
+    McapRecord,
+    Message,
+    Metadata,
+    Schema,
+    Statistics,
+)
 from mcap.stream_reader import breakup_chunk
 
 from .. import limits
 from ..exceptions import RecordingError
-from .messages import decoder, is_known
+from .mcap_decode import Decoder
+from .mcap_salvage import whole_records
 from .source import BagMessage
 from .unpack import count_records, unpack
 
@@ -56,14 +68,14 @@ class McapFile:
         reader = _RecordReader(self.path)
         schemas: dict[int, Schema] = {}
         channels: dict[int, Channel] = {}
-        decoders: dict[int, _Decoder] = {}
+        decoders: dict[int, Decoder] = {}
         last_ns: int | None = None
         for record in reader.records():
             if isinstance(record, Schema):
                 schemas[record.id] = record
             elif isinstance(record, Channel):
                 channels[record.id] = record
-                decoders[record.id] = _Decoder(record, schemas.get(record.schema_id))
+                decoders[record.id] = Decoder(record, schemas.get(record.schema_id))
                 self.topics[record.topic] = decoders[record.id].msgtype
             elif isinstance(record, Metadata):
                 self.metadata[record.name] = record.metadata
@@ -108,38 +120,6 @@ def read_records(path: Path) -> Iterator[McapRecord]:
     return _RecordReader(path).records()
 
 
-class _Decoder:
-    """Decodes a channel's messages by the embedded definition, else by ours of that name."""
-
-    def __init__(self, channel: Channel, schema: Schema | None) -> None:
-        self.topic = channel.topic
-        self.encoding = channel.message_encoding
-        self.schema = schema
-        self.msgtype = "" if schema is None else schema.name
-        self._decode: Callable[[bytes], Any] | None = None
-
-    def __call__(self, data: bytes) -> Any:
-        if self._decode is None:  # only now: a topic that nobody needs may be of any kind
-            self._decode = self._find()
-        return self._decode(data)
-
-    def _find(self) -> Callable[[bytes], Any]:
-        schema = self.schema
-        if schema is None or self.encoding != "cdr":
-            raise RecordingError(
-                f"topic {self.topic} has messages encoded as {self.encoding!r}, expected ROS 2 "
-                "messages ('cdr'); for ROS 1 give the .bag file"
-            )
-        if schema.encoding == "ros2msg" and schema.data:
-            return decoder(schema.name, schema.data.decode())
-        if is_known(schema.name):
-            return decoder(schema.name)
-        raise RecordingError(
-            f"topic {self.topic} has type {schema.name} without a ros2msg definition; "
-            "record it again with one"
-        )
-
-
 class _RecordReader:
     """Records of a file that may end anywhere."""
 
@@ -153,6 +133,13 @@ class _RecordReader:
         self.unpacked = 0  # [bytes] of chunks so far
         self.packed_records = 0  # in them
         self.orphans = 0  # messages whose channel was in a damaged record
+        self.messages = 0  # that could be read
+        self.counted: int | None = None  # messages, as the file's own statistics say
+        self.changed = False  # whether the checksum of all data is another
+        self._checksum = 0  # of what was read
+        self._channels: set[int] = set()  # seen so far
+        self._repeated = False  # whether the summary was asked for them
+        self._cut_chunk = b""  # what is left of a chunk that the file ends in
 
     def records(self) -> Iterator[McapRecord]:
         with self.path.open("rb") as file:
@@ -162,30 +149,77 @@ class _RecordReader:
                     f"{self.path} {what}; expected an .mcap file, a rosbag2 folder or a ROS 1 .bag"
                 )
             self.read_to = len(MAGIC)
+            self._checksum = zlib.crc32(MAGIC)
             while (found := self._next(file)) is not None:
                 opcode, content = found
                 if opcode == Opcode.DATA_END:
-                    self.ended = True
-                    self.has_index = _ends_with_magic(file)
-                    return
-                yield from self._parse(opcode, content)
+                    self._end_data(content)
+                elif opcode == Opcode.STATISTICS:
+                    self._compare(content)
+                elif not self.ended or opcode in _DATA:  # the summary repeats the rest
+                    yield from self._counted(self._parse(opcode, content))
+            yield from self._counted(whole_records(self._cut_chunk))
+            self.has_index = self.ended and _ends_with_magic(file)
 
     def _next(self, file: BinaryIO) -> tuple[int, bytes] | None:
         """The next whole record, or None where there is none."""
         start = file.read(_RECORD_HEADER.size)
-        if len(start) < _RECORD_HEADER.size:
+        if len(start) < _RECORD_HEADER.size or (self.ended and start.startswith(MAGIC)):
             return None
         opcode, length = _RECORD_HEADER.unpack(start)
         end = self.read_to + _RECORD_HEADER.size + length
         if opcode == 0 or end > self.size:  # 0: zeros that a crashed file system left
+            self._cut_chunk = file.read() if opcode == Opcode.CHUNK else b""
             return None
         self.read_to = end
-        if opcode in _SKIPPED:
-            file.seek(length, os.SEEK_CUR)
-            return opcode, b""
         limit = limits.ATTACHED_BYTES if opcode == Opcode.ATTACHMENT else limits.CHUNK_BYTES
         limits.check(length, limit, f"bytes in one record of {self.path}", RecordingError)
-        return opcode, file.read(length)
+        content = file.read(length)
+        if opcode != Opcode.DATA_END and not self.ended:
+            self._checksum = zlib.crc32(content, zlib.crc32(start, self._checksum))
+        return opcode, content
+
+    def _end_data(self, content: bytes) -> None:
+        """Take the data section's end; a record of another size was something else before a bit changed."""
+        if len(content) != _DATA_END_BYTES:
+            self.broken += len(content)
+            return
+        checksum = DataEnd.read(_stream(content)).data_section_crc
+        self.ended, self.changed = True, checksum not in (0, self._checksum)
+
+    def _compare(self, content: bytes) -> None:
+        try:
+            self.counted = Statistics.read(_stream(content)).message_count
+        except Exception:  # damaged bytes make the parsers raise anything
+            self.broken += len(content)
+
+    def _counted(self, records: list[McapRecord]) -> Iterator[McapRecord]:
+        for record in records:
+            if isinstance(record, Channel):
+                self._channels.add(record.id)
+            elif isinstance(record, Message):
+                self.messages += 1
+                if record.channel_id not in self._channels and not self._repeated:
+                    self._repeated = True  # its channel was in a damaged record
+                    yield from self._repeats()
+            yield record
+
+    def _repeats(self) -> list[McapRecord]:
+        """Schemas and channels as the summary at the file's end repeats them."""
+        try:
+            with self.path.open("rb") as file:
+                file.seek(-len(MAGIC) - _FOOTER_BYTES, os.SEEK_END)
+                footer = Footer.read(_stream(file.read(_FOOTER_BYTES)))
+                file.seek(footer.summary_start)
+                stream = ReadDataStream(file)
+                found: list[McapRecord] = []
+                while stream.read1() in (Opcode.SCHEMA, Opcode.CHANNEL):
+                    file.seek(-1, os.SEEK_CUR)
+                    opcode, length = _RECORD_HEADER.unpack(file.read(_RECORD_HEADER.size))
+                    found.append(_READERS[opcode](_stream(file.read(length))))
+        except Exception:  # no summary, or a damaged one
+            return []
+        return found
 
     def _parse(self, opcode: int, content: bytes) -> list[McapRecord]:
         try:
@@ -216,21 +250,34 @@ class _RecordReader:
 
     def loss(self, last_ns: int | None) -> str | None:
         """What could not be read, in one sentence, or None."""
-        if self.ended and not self.broken and not self.orphans:
+        missing = max((self.counted or 0) - self.messages, 0)
+        if self.ended and not self.broken and not self.orphans and not missing:
+            if self.changed:
+                return (
+                    "the file is damaged: its checksum is another, so that a byte of its metadata or of an "
+                    "index has changed; copy it again, or do not trust what it says of hand and object"
+                )
             return None if self.has_index else "the file's index is cut off, but no message is lost"
         if self.ended:
+            count = f", {missing} of its {self.counted} messages among them" if missing else ""
             return (
                 f"the file is damaged: {self.broken} of its {self.size} bytes cannot be "
-                "read, and the messages in them are lost"
+                f"read, and the messages in them are lost{count}"
+                if self.broken or self.orphans
+                else f"the file is damaged: {missing} of its {self.counted} messages cannot be found"
             )
         tail = self.size - self.read_to + self.broken
-        cut = f"the file is cut off: its last {tail} of {self.size} bytes cannot be read, and"
+        cut = (
+            f"the file is cut off: its last {tail} of {self.size} bytes cannot be read in full, and"
+        )
         if last_ns is None:
             return f"{cut} no message is left; record it again, or copy it again if a copy was cut"
         return f"{cut} what was recorded after {last_ns / 1e9:.2f} s is lost; the rest is used"
 
 
-_SKIPPED = frozenset({Opcode.MESSAGE_INDEX})
+_DATA = frozenset({Opcode.CHUNK, Opcode.MESSAGE})
+_DATA_END_BYTES = 4
+_FOOTER_BYTES = 20
 _READERS: dict[int, Callable[[ReadDataStream], McapRecord]] = {
     Opcode.SCHEMA: Schema.read,
     Opcode.CHANNEL: Channel.read,

@@ -6,6 +6,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from types import SimpleNamespace
 from typing import Any
 
@@ -24,6 +25,9 @@ TYPES = (
     "geometry_msgs/msg/TransformStamped",
     "nav_msgs/msg/Odometry",
 )
+
+
+SAME = 1e-9  # [m], of matrix entries too
 
 
 @dataclass(frozen=True)
@@ -54,12 +58,19 @@ class PoseStream:
             covariances=[self.covariances[i] for i in index],
         )
 
+    @cached_property
+    def is_constant(self) -> bool:
+        """Whether all poses are one."""
+        first = self.poses[0]
+        return all(pose.equals(first, SAME) for pose in self.poses[1:])
+
     def held(self, instants_ns: np.ndarray) -> np.ndarray:
         """Index of the last pose at or before each instant, shape (F,); -1 where there is none.
 
-        A topic with a single pose says where something is that never moves, whenever it came.
+        A topic with one pose, sent once or several times, says where something is that never moves,
+        whenever it came.
         """
-        if len(self.poses) == 1:
+        if self.is_constant:
             return np.zeros(len(instants_ns), dtype=np.int64)
         return np.searchsorted(self.times_ns, instants_ns, side="right") - 1
 

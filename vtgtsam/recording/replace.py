@@ -36,7 +36,9 @@ def replace_topic(
         metadata: Entries of the metadata record ``vtgtsam`` to set.
     """
     with out.open("wb") as file:
-        copy = _Copy(Writer(file, chunk_size=MAX_CHUNK_BYTES), topic, metadata)
+        copy = _Copy(
+            Writer(file, chunk_size=MAX_CHUNK_BYTES, enable_data_crcs=True), topic, metadata
+        )
         pending = list(stamped)[::-1]
         for record in read_records(source):
             if isinstance(record, Message):

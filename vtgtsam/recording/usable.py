@@ -35,6 +35,7 @@ class Use:
         warnings: What may be right but seldom is.
         notes: What is not wrong but worth knowing.
         vision_topic: The visual poses' topic, None where the recording cannot be read.
+        topics: Names of the topics that are read.
     """
 
     object: str | None = None
@@ -43,6 +44,7 @@ class Use:
     warnings: list[str] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
     vision_topic: str | None = None
+    topics: tuple[str, ...] = ()
 
 
 def try_to_use(
@@ -59,6 +61,7 @@ def try_to_use(
         use.problems.append(str(error))
         return use
     use.vision_topic = recording.topics.vision.topic
+    use.topics = tuple(recording.topics.used())
     use.notes += _notes(recording)
     use.warnings += [found.sentence for found in recording.findings if found.level == "warning"]
     refused = [*_use_object(recording, use), *_use_streams(recording, use)]

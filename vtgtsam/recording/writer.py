@@ -73,7 +73,7 @@ class RecordingWriter:
         self._chunk_start: int | None = None
         self._file = self.path.open("wb")
         # The library would close a chunk only after it has grown too large; see _begin_chunk.
-        self._mcap = Writer(self._file, chunk_size=2**40)
+        self._mcap = Writer(self._file, chunk_size=2**40, enable_data_crcs=True)
         self._mcap.start(profile="ros2", library=f"vtgtsam {__version__}")
         self._mcap.add_metadata(names.METADATA, entries)
         if hand_xml is not None:

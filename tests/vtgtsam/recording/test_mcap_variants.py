@@ -73,7 +73,7 @@ def test_messages_that_are_not_of_ros_2_are_refused(tmp_path):
         read_recording(path, hand=gripper())
 
 
-def test_a_type_that_nothing_defines_is_refused(tmp_path):
+def test_a_definition_that_makes_no_sense_is_refused(tmp_path):
     path = tmp_path / "a.mcap"
     with path.open("wb") as file:
         writer = Writer(file)
@@ -86,6 +86,7 @@ def test_a_type_that_nothing_defines_is_refused(tmp_path):
         writer.finish()
     (tmp_path / "map.yaml").write_text("topics: {joints: /j, contacts: {topic: /skin, names: [a]}}")
     with pytest.raises(
-        RecordingError, match="type std_msgs/msg/Float32MultiArray without a ros2msg definition"
+        RecordingError,
+        match="type std_msgs/msg/Float32MultiArray, whose definition is not understood",
     ):
         read_recording(path, topics=tmp_path / "map.yaml")
