@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The real hand's command line: ``python -m hardware run | calibrate-pads | calibrate-wrist | check | emulate``.
+"""The real hand's command line: ``python -m hardware check | joints | calibrate-joints | pads | ... | run | off``.
 
 Exit codes: 0 done; 1 an error that is to be expected, in one line on stderr; 2 wrong usage; 130 and 143
 ended by Ctrl-C and SIGTERM, torque off. Any other error is a mistake of this program and shows its traceback.
@@ -18,7 +18,8 @@ from vtgtsam.commands.edge import edge
 from .commands.calibrate_wrist import calibrate_wrist
 from .commands.check import check
 from .commands.emulate import emulate
-from .commands.pads import calibrate_pads
+from .commands.joints import calibrate_joints, joints, off, reboot
+from .commands.pads import calibrate_pads, pads
 from .commands.run import run
 from .stop_signals import stop_on_signals
 
@@ -47,7 +48,10 @@ def _interruptible(command: Callable[..., None]) -> Callable[..., None]:
     return wrapped
 
 
-for command in (run, calibrate_pads, calibrate_wrist, check, emulate):
+# In the order in which a person needs them who brings up a hand.
+for command in (
+    check, joints, calibrate_joints, pads, calibrate_pads, calibrate_wrist, run, off, reboot, emulate,
+):  # fmt: skip
     app.command()(_interruptible(command))
 
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 
 import os
 import select
+import sys
+import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated
@@ -80,3 +82,17 @@ def ask(question: str, watch: Callable[[], None] = lambda: None) -> str:
                 raise VtgtsamError("nobody is there to press Enter; `run` asks nobody with --yes")
             typed += byte
     return typed.decode(errors="replace").strip()
+
+
+def show_live(lines: Callable[[], list[str]], period: float = 0.2) -> None:
+    """Show a table that changes until Ctrl-C on a terminal, where it is written over; else once."""
+    if not sys.stdout.isatty():
+        print("\n".join(lines()), flush=True)
+        return
+    height = 0
+    while True:
+        text = lines()
+        up = f"\x1b[{height}A" if height else ""
+        print(up + "".join(f"\x1b[2K{line}\n" for line in text), end="", flush=True)
+        height = len(text)
+        time.sleep(period)

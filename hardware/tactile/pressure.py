@@ -254,6 +254,35 @@ class ContactDetector:
         return PadState(pressure=pads, contacts=self._touched[self._input_of] & ~self._off)
 
 
+def pad_table(
+    wiring: PadWiring, resistance: np.ndarray, first: np.ndarray, scale: PadScale | None
+) -> list[str]:
+    """What each input says, as lines of text.
+
+    Args:
+        wiring: The pads of the hand.
+        resistance: Resistances now [ohm], shape (N,).
+        first: Resistances untouched [ohm], shape (N,).
+        scale: Their bench calibration, where there is one.
+    """
+    u = np.full(len(first), np.nan) if scale is None else pressure(resistance, first, scale.drop)
+    lines = [f"{'pad':38} {'input':>5} {'ohm':>8} {'change':>7} {'of 6 N':>7}"]
+    for index in range(len(first)):
+        now = resistance[index]
+        start = f"{wiring.label(index):38} {index:>5}"
+        if not np.isfinite(now):
+            lines.append(f"{start}  open or shorted: check its wire")
+            continue
+        change = (
+            f"{100 * (now / first[index] - 1):>6.1f}%" if np.isfinite(first[index]) else "     ? "
+        )
+        share = f"{u[index]:>7.2f}" if np.isfinite(u[index]) else "      -"
+        touched = "  CONTACT" if u[index] > wiring.threshold else ""
+        off = "" if wiring.enabled[index] else "  disabled"
+        lines.append(f"{start} {now:>8.0f} {change} {share}{touched}{off}")
+    return lines
+
+
 class BoardPads(PadDevice):
     """A hand's pads behind a pad board, calibrated for one run.
 

@@ -1,0 +1,137 @@
+# SPDX-License-Identifier: MIT
+"""``python -m hardware joints | calibrate-joints | off | reboot``: the servos, one by one, torque off."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from .options import Emulate, Hand, Servos, ask, needed_port, show_live
+
+if TYPE_CHECKING:
+    from hardware.servo.bus import Bus
+    from hardware.servo.description import HandDescription
+
+Joints = Annotated[
+    list[str] | None, typer.Option("--joint", help="A joint's name; may be given more than once.")
+]
+
+
+def joints(hand: Hand = "isyhand", servos: Servos = None, emulate: Emulate = False) -> None:
+    """Torque off, then a live table of every joint: count, angle, limits, heat, supply. Move them by hand.
+
+    On a terminal until Ctrl-C, else once.
+    """
+    from hardware.servo.survey import survey, table
+
+    with _line(hand, servos, emulate) as (bus, description):
+        _let_go(bus, description)
+        first = survey(bus, description)
+        show_live(lambda: table(survey(bus, description), first))
+
+
+def off(hand: Hand = "isyhand", servos: Servos = None, emulate: Emulate = False) -> None:
+    """Take the torque off every servo and see that it is off, as after a program that was killed."""
+    with _line(hand, servos, emulate) as (bus, description):
+        _let_go(bus, description)
+
+
+def reboot(
+    hand: Hand = "isyhand",
+    servos: Servos = None,
+    joint: Joints = None,
+    emulate: Emulate = False,
+) -> None:
+    """Restart servos after a hardware error: those named, or all that report one."""
+    from hardware.servo.survey import restart
+
+    with _line(hand, servos, emulate) as (bus, description):
+        _let_go(bus, description)
+        for line in restart(bus, description, joint or ()) or ["no servo reports a hardware error"]:
+            typer.echo(line)
+
+
+def calibrate_joints(
+    hand: Hand = "isyhand",
+    servos: Servos = None,
+    joint: Joints = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(help="File to write; the hand's own, or HAND.yaml here for a built-in hand."),
+    ] = None,
+) -> None:
+    """Measure zeros and signs: hold each joint at two marks and say its angle. Writes the hand's file."""
+    from hardware.servo.description import DATA, description_path
+    from hardware.servo.survey import JointWizard, save_zeros
+
+    source = description_path(hand)
+    path = out or (Path(source.name) if source.parent == DATA else source)
+    if path.exists() and path != source:
+        raise typer.BadParameter(f"{path} exists; name another file", param_hint="--out")
+    with _line(hand, servos, emulate=False) as (bus, description):
+        _let_go(bus, description)
+        chosen = [j for j in description.joints if joint is None or j.name in joint]
+        if joint and len(chosen) < len(joint):
+            known = ", ".join(description.joint_names)
+            raise typer.BadParameter(f"the joints are {known}", param_hint="--joint")
+        wizard = JointWizard(
+            joints=chosen,
+            count=lambda j: bus.read(j.id, "present_position"),
+            ask=ask,
+            say=typer.echo,
+            positive=_positive(description),
+        )
+        found = wizard.run()
+    if found:
+        save_zeros(source, path, found)
+        typer.echo(f"{len(found)} joints written to {path}; use it with --hand {path}")
+
+
+def _positive(description: HandDescription) -> dict[str, str]:
+    """What a positive angle of a joint does, where the hand's grasp says so."""
+    from vtgtsam.exceptions import HandError
+    from vtgtsam.grasp import load_grasp
+
+    try:
+        grasp = load_grasp(description.grasp or description.hand)
+    except HandError:
+        return {}
+    return {
+        name: "closes the hand" if grasp.sign(name) > 0 else "opens the hand"
+        for name in grasp.ranks()
+    }
+
+
+def _let_go(bus: Bus, description: HandDescription) -> None:
+    from hardware.servo.survey import let_go
+
+    silent = let_go(bus, description)
+    count = len(description.joints) - len(silent)
+    typer.echo(f"torque is off at {count} of {len(description.joints)} servos")
+    if silent:
+        typer.echo(f"no answer from {', '.join(silent)}: `python -m hardware check` looks for them")
+
+
+@contextmanager
+def _line(hand: str, servos: str | None, emulate: bool) -> Iterator[tuple[Bus, HandDescription]]:
+    """The hand's servo line, whoever is on it."""
+    from hardware.servo.bus import Bus
+    from hardware.servo.description import load_description
+
+    description = load_description(hand)
+    names = {joint.id: joint.name for joint in description.joints}
+    if not emulate:
+        with Bus(needed_port(servos, "--servos"), description.baud, names) as bus:
+            yield bus, description
+        return
+    from hardware.emulate.servos import ServoLineEmulator
+
+    with (
+        ServoLineEmulator(names, description.baud, model=description.servo) as line,
+        Bus(line.path, description.baud, names) as bus,
+    ):
+        yield bus, description
