@@ -9,6 +9,10 @@ near its least. So the offset between the clocks is the least difference seen of
 
 The least delay itself stays inside as a constant error, and a clock that is wrong by a fraction e
 adds at most e times the window's duration.
+
+A clock may also jump, as when somebody sets it. Ahead, the least difference follows at once. Back, all messages look
+late by the same time; where so many in a row do, the offset is found anew. A line that had stalled looks otherwise:
+what waited comes all at once, each message less late than the one before.
 """
 
 from __future__ import annotations
@@ -16,12 +20,20 @@ from __future__ import annotations
 from collections import deque
 
 WINDOW = 50  # [messages], 1 s at 50 Hz: a resonator wrong by 0.5 % adds 5 ms, a crystal 0.05 ms
+JUMP = 0.5  # [s], later than this ...
+ALIKE = 5  # ... by the same time in so many messages in a row is a clock that has jumped
+SAME = 0.1  # [s], what counts as the same time
 
 
 class DeviceClock:
-    """Turns a device's stamps into host time; results never decrease while its stamps do not."""
+    """Turns a device's stamps into host time; results never decrease while its stamps do not.
+
+    Attributes:
+        jumps: How often the clock has jumped back.
+    """
 
     def __init__(self, window: int = WINDOW) -> None:
+        self.jumps = 0
         self._offsets: deque[float] = deque(maxlen=window)
 
     def to_host(self, device_time: float, received: float) -> float:
@@ -32,6 +44,11 @@ class DeviceClock:
             received: When the message arrived, by the host's monotonic clock [s].
         """
         self._offsets.append(received - device_time)
+        recent = list(self._offsets)[-ALIKE:]
+        late = min(recent) - min(self._offsets) > JUMP
+        if late and len(recent) == ALIKE and max(recent) - min(recent) < SAME:
+            self.jumps += 1
+            self._offsets = deque(recent, maxlen=self._offsets.maxlen)
         return device_time + min(self._offsets)
 
     def restart(self) -> None:

@@ -23,6 +23,7 @@ from vtgtsam.camera import CameraIntrinsics
 from vtgtsam.vision.hand_mask import HandMask
 
 from .camera import CameraError
+from .wrist import TagMount
 
 MAX_TRANSLATION = (
     0.008  # [m], of the hand's middle; a RealSense camera is off by 2 to 4 mm at 0.6 m
@@ -31,8 +32,12 @@ MAX_ROTATION = np.deg2rad(2.0)  # [rad]
 _CUTS = (0.05, 0.02, 0.01)  # [m], c from the first search to the last
 _STEPS = 8  # of each search
 _SCALE = np.array([0.02] * 3 + [0.003] * 3)  # [rad, m], of differences; edges must move by a pixel
+_OTHER_SIZE = (
+    0.015  # share by which hand and tag differ in distance, where the tag's size is the cause
+)
+_DONE = 0.01  # of _SCALE, a step that ends a search
 _MARGIN = 0.05  # [m], around the hand's pixels
-_PIXELS = 12_000  # about so many rays
+_PIXELS = 5_000  # about so many rays
 _SEEN = 0.5  # of the hand's pixels that nothing covers must show it ...
 _UNCOVERED = 0.2  # ... and of all
 
@@ -130,6 +135,43 @@ def check_hand_view(
     return f"the depth image shows the hand {view.text} from where the wrist calibration puts it"
 
 
+def compare_with_depth(
+    T_ch: gtsam.Pose3,
+    depth: np.ndarray,
+    camera: CameraIntrinsics,
+    hand: HandModel,
+    joints: np.ndarray,
+    mount: TagMount,
+) -> str:
+    """A sentence on how far the depth image shows the hand from where its tag puts it.
+
+    Args:
+        T_ch: The hand's pose by its tag.
+        depth: The image [m].
+        camera: Its intrinsics.
+        hand: The hand.
+        joints: Its joint angles, in the model's order [rad].
+        mount: The tag and its place on the hand.
+
+    Raises:
+        CameraError: Too far, with the likely cause; or the image does not show the hand.
+    """
+    view = find_hand(depth, camera, hand, joints, T_ch)
+    text = f"the depth image shows the hand {view.text} from where the tag puts it"
+    if view.agrees:
+        return text
+    size = 1000 * mount.size
+    if abs(view.nearer - 1.0) > _OTHER_SIZE and view.rotation < MAX_ROTATION:
+        raise CameraError(
+            f"{text}, {100 * abs(view.nearer - 1):.0f} % {'nearer' if view.nearer < 1 else 'farther'}: is the side of "
+            f"its black square {size * view.nearer:.1f} mm in place of the {size:.1f} mm in the hand's file? Measure it"
+        )
+    raise CameraError(
+        f"{text}: correct T_ht, the tag's place on the hand, in the hand's file; tilt the tag by 30 degrees or more "
+        "against the camera; check the joints' zeros (`python -m hardware joints`)"
+    )
+
+
 class _Search:
     """One image, in which the hand is looked for."""
 
@@ -179,6 +221,8 @@ class _Search:
                 T_ch, r, damping = candidate, trial, damping / 3
             else:
                 damping *= 10
+            if np.abs(xi / _SCALE).max() < _DONE:
+                break
         return T_ch
 
     def seen(self, T_ch: gtsam.Pose3, cut: float) -> tuple[float, float]:

@@ -23,6 +23,7 @@ from .camera import Camera, CameraError, CameraFrame
 
 _WAIT = 2.0  # [s], the longest time without an image; the first one may take a second
 _END_WAIT = 0.1  # [s], for the last images of a file that has been read to its end
+_OLD, _AHEAD = 0.5, 0.05  # [s], a stamp further from now is not by this computer's clock
 _APART = 0.020  # [s], stamps of a depth and a colour image that belong together; a period is 33 ms
 
 
@@ -101,9 +102,11 @@ class RealSenseCamera(Camera):
             raise CameraError(f"{self.name}: no image for {_WAIT:g} s; is it still plugged in?")
         stamp, by_host, depth, color = images
         now = self._clock()
-        if by_host:  # the library has told the stamp in the host's wall clock already
-            return CameraFrame(now - max(time.time() - stamp, 0.0), depth, color)
-        return CameraFrame(self._device_clock.to_host(stamp, now), depth, color)
+        by_device = self._device_clock.to_host(stamp, now)
+        age = time.time() - stamp
+        # The library has told the stamp in the host's wall clock already; that may have been set meanwhile.
+        trusted = by_host and -_AHEAD <= age <= _OLD
+        return CameraFrame(now - max(age, 0.0) if trusted else by_device, depth, color)
 
     def close(self) -> None:
         """Stop streaming."""
@@ -176,10 +179,15 @@ class _Stream:
         """
         deadline = time.monotonic() + wait
         while (left := deadline - time.monotonic()) > 0:
-            arrived, frames = self._pipeline.try_wait_for_frames(int(1000 * left) + 1)
+            try:
+                arrived, frames = self._pipeline.try_wait_for_frames(int(1000 * left) + 1)
+            except RuntimeError as error:  # such as after it was unplugged
+                raise CameraError(f"{self.name}: {error}") from error
             if not arrived:
                 return None
             depth, color = frames.get_depth_frame(), frames.get_color_frame()
+            if not depth or not color:  # a set may lack either, above all the first ones
+                continue
             # The library repeats one stream's last image where the other's is late or missing.
             if abs(depth.get_timestamp() - color.get_timestamp()) < 1000 * _APART:
                 return self._copied(frames, depth)

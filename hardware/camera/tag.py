@@ -53,8 +53,8 @@ class TagPose:
         if self.tilt >= _FRONTAL:
             return ""
         return (
-            f"the tag faces the camera (tilt {np.rad2deg(self.tilt):.0f} degrees): its orientation may "
-            "be off by 1 to 2 degrees in all images alike; mount it tilted by 30 degrees or more"
+            f"the tag faces the camera (tilt {np.rad2deg(self.tilt):.0f} degrees): its orientation may be off by up "
+            "to 5 degrees in all images alike; mount it tilted by 30 degrees or more"
         )
 
 

@@ -59,8 +59,8 @@ class TagMount(BaseModel):
         return _pose(self.T_ht)
 
 
-def measure_wrist(camera: Camera, mount: TagMount) -> tuple[gtsam.Pose3, TagPose]:
-    """The hand's pose T_ch from the camera's first 30 images, and what it was made from.
+def measure_wrist(camera: Camera, mount: TagMount) -> tuple[gtsam.Pose3, TagPose, np.ndarray]:
+    """The hand's pose T_ch from the camera's first 30 images, what it was made from, and what they show in depth [m].
 
     Args:
         camera: The camera; neither it nor the hand may move meanwhile.
@@ -70,21 +70,25 @@ def measure_wrist(camera: Camera, mount: TagMount) -> tuple[gtsam.Pose3, TagPose
         CameraError: The camera gives no colour images, or the tag is not seen well enough.
     """
     detector = TagDetector(mount.id, mount.size, camera.intrinsics)
-    tag = measure_tag(_color_images(camera), detector)
-    return tag.T_ct.compose(mount.pose.inverse()), tag
+    colors, depths = _images(camera)
+    tag = measure_tag(colors, detector)
+    return tag.T_ct.compose(mount.pose.inverse()), tag, np.median(depths, axis=0)
 
 
-def _color_images(camera: Camera) -> list[np.ndarray]:
-    images: list[np.ndarray] = []
-    while len(images) < IMAGES:
+def _images(camera: Camera) -> tuple[list[np.ndarray], list[np.ndarray]]:
+    """Thirty colour and depth images."""
+    colors: list[np.ndarray] = []
+    depths: list[np.ndarray] = []
+    while len(colors) < IMAGES:
         frame = camera.read()
         if frame is None:
             raise CameraError(
-                f"{camera.name} ended after {len(images)} colour images, {IMAGES} are needed"
+                f"{camera.name} ended after {len(colors)} colour images, {IMAGES} are needed"
             )
         if frame.color is not None:
-            images.append(frame.color)
-    return images
+            colors.append(frame.color)
+            depths.append(frame.depth)
+    return colors, depths
 
 
 def save_wrist(path: str | Path, T_ch: gtsam.Pose3) -> None:

@@ -4,13 +4,17 @@
 from __future__ import annotations
 
 import time
+from dataclasses import replace
 
 import gtsam
 import numpy as np
 from scipy.ndimage import gaussian_filter
 
 from hardware.camera.camera import Camera, CameraFrame
+from hardware.camera.wrist import TagMount
+from vtgtsam import HandModel
 from vtgtsam.camera import CameraIntrinsics
+from vtgtsam.vision.hand_mask import HandMask
 
 TAG_ID = 0
 # As printed upright, with its white rim; # is black. The tag's size is that of the black square.
@@ -28,6 +32,8 @@ _TAG = """
 """
 _CELLS = np.array([[cell == "#" for cell in row] for row in _TAG.split()])
 _BLACK, _WHITE, _BACKGROUND = 30.0, 220.0, 110.0  # grey levels
+_WALL = 1.2  # [m], from the camera
+_DEPTH_NOISE = 0.002  # [m]
 _SAMPLES = 6  # a side within a pixel
 
 
@@ -127,3 +133,35 @@ class TagCamera(Camera):
 
     def close(self) -> None:
         """Nothing is held."""
+
+
+class HandCamera(TagCamera):
+    """A camera that sees the tag and, in depth, the hand that carries it, in front of a wall.
+
+    Args:
+        hand: The hand.
+        joints: Its joint angles in the model's order [rad].
+        T_ch: Where it truly is.
+        mount: The tag on it.
+        intrinsics: Of the camera.
+        printed: Side of the black square as it was printed [m]; as in ``mount`` where None.
+    """
+
+    def __init__(
+        self,
+        hand: HandModel,
+        joints: np.ndarray,
+        T_ch: gtsam.Pose3,
+        mount: TagMount,
+        intrinsics: CameraIntrinsics,
+        printed: float | None = None,
+    ) -> None:
+        super().__init__(T_ch.compose(mount.pose), printed or mount.size, intrinsics)
+        seen = HandMask(hand).depth(intrinsics, T_ch.inverse(), joints)
+        self._depth = np.where(np.isfinite(seen), seen, _WALL)
+
+    def read(self) -> CameraFrame:
+        """The next images, at once."""
+        frame = super().read()
+        depth = self._depth + _DEPTH_NOISE * self._rng.standard_normal(self._depth.shape)
+        return replace(frame, depth=depth.astype(np.float32))

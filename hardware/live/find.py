@@ -19,6 +19,7 @@ from vtgtsam.vision.view import View, crop
 from .streams import LiveError
 
 IMAGES = 10  # whose median is looked at
+OLD_IMAGES = 60  # how many may come that were taken before they were asked for
 GOOD = 0.9  # least score of a pose that is believed; simulated ones had 0.97 to 1, wrong ones up to 0.88
 JUMP = 0.015  # [m], between neighbouring pixels; the noise at 0.8 m, 5 mm, is halved by the median
 DENIED = 0.05  # largest contradiction of such a pose; right ones had 0, wrong ones 0.1 and more
@@ -118,15 +119,27 @@ def as_start(candidate: Candidate, T_ch: gtsam.Pose3) -> str:
 
 
 def still_image(camera: Camera) -> np.ndarray:
-    """Median of the next depth images [m]; 0 where nothing was measured in most of them."""
+    """Median of the next depth images [m]; 0 where nothing was measured in most of them.
+
+    Raises:
+        CameraError: The camera ended, or its stamps say that its images are all older than the question.
+    """
     images: list[np.ndarray] = []
     began = time.monotonic()
+    old = 0
     while len(images) < IMAGES:
         frame = camera.read()
         if frame is None:
             raise CameraError(f"{camera.name} ended before the object was found")
         if frame.time >= began:  # an older one may show the hand without it
             images.append(camera.intrinsics.check(frame.depth))
+            continue
+        old += 1
+        if old > OLD_IMAGES:
+            raise CameraError(
+                f"the stamps of {camera.name} are from {time.monotonic() - frame.time:.1f} s ago: did a clock jump? "
+                "Switch the camera off and on, and let nothing set this computer's clock"
+            )
     median: np.ndarray = np.median(images, axis=0)
     return median
 

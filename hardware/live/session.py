@@ -50,6 +50,8 @@ _PLACING = 60.0  # [s], the most that putting the object there may take where no
 _SWITCH = (
     0.0005  # [s], after which a computing thread lets others in; Python's 5 ms make ticks late
 )
+_SETTLING = 2.0  # [s], the most that is waited for the open hand to come to rest
+_STILL = 0.005  # [rad], what a joint at rest may move in 0.2 s
 _GLANCE = 0.1  # [s], how often the main thread looks
 
 # Shows a request and waits until a person has done it, calling the function it is given at least every 0.1 s.
@@ -214,7 +216,19 @@ class _Session:
                     "something in its way?"
                 )
             time.sleep(_GLANCE)
+        self._let_settle(fingers, workers)
         return fingers
+
+    def _let_settle(self, fingers: Fingers, workers: Workers) -> None:
+        """Wait until the open hand has come to rest, but not for ever: friction lets some creep."""
+        deadline, before = time.monotonic() + _SETTLING, fingers.joints
+        while time.monotonic() < deadline:
+            time.sleep(2 * _GLANCE)
+            workers.check()
+            now = fingers.joints
+            if before is not None and now is not None and np.abs(now - before).max() < _STILL:
+                return
+            before = now
 
     def _wait_for(self, request: str, workers: Workers) -> None:
         """Ask a person, and watch meanwhile; where nobody is asked, only say it."""
@@ -235,9 +249,8 @@ class _Session:
 
     def _compare_with_image(self, camera: Camera, fingers: Fingers) -> None:
         """See that the hand is where joints and wrist calibration put it, before anything depends on it."""
-        joints = fingers.joints
+        depth, joints = still_image(camera), fingers.joints
         assert joints is not None  # the hand is open
-        depth = still_image(camera)
         self._say(
             check_hand_view(depth, camera.intrinsics, self._plan.hand, joints, self._devices.T_ch)
         )

@@ -183,7 +183,7 @@ class JointWizard:
         """Each joint with measured zero and sign, by name; those that the person skipped are left out.
 
         Raises:
-            JointCalibrationError: The person gave up.
+            VtgtsamError: The person gave up.
         """
         self.say(
             "Torque is off. Hold each joint at two marks and say at which angle it is, in degrees by the hand's "

@@ -36,7 +36,7 @@ def angle_deg(a, b):
 
 def test_the_hand_is_found_from_the_tag_on_its_wrist():
     camera = TagCamera(T_CH.compose(MOUNT.pose), MOUNT.size, INTRINSICS)
-    T_ch, tag = measure_wrist(camera, MOUNT)
+    T_ch, tag, _ = measure_wrist(camera, MOUNT)
     assert angle_deg(T_ch, T_CH) < 0.3
     assert np.linalg.norm(T_ch.translation() - T_CH.translation()) < 0.001
     assert tag.images == 30 and tag.warning == ""

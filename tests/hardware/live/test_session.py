@@ -1,0 +1,283 @@
+# SPDX-License-Identifier: MIT
+"""Whole runs in this process: emulated servos that drive free motors, and a camera that renders hand and can."""
+
+from __future__ import annotations
+
+import threading
+import time
+from dataclasses import dataclass, field
+
+import gtsam
+import numpy as np
+import pytest
+
+from hardware.camera.camera import Camera, CameraError, CameraFrame
+from hardware.device import PadDevice, PadState
+from hardware.emulate.servo import OVERLOAD
+from hardware.emulate.servos import ServoLineEmulator
+from hardware.live.devices import Devices
+from hardware.live.fingers import Phase
+from hardware.live.preflight import load_hand_and_grasp
+from hardware.live.session import Plan, carry_out
+from hardware.live.streams import LiveError
+from hardware.servo.bus import ServoError
+from hardware.servo.description import load_description
+from hardware.servo.hand import Hand
+from vtgtsam import EstimatorConfig, load_object
+from vtgtsam.camera import CameraIntrinsics
+from vtgtsam.exceptions import VtgtsamError
+from vtgtsam.vision.alignment import Evidence, Shape
+from vtgtsam.vision.hand_mask import HandMask
+from vtgtsam.vision.view import View
+
+DESCRIPTION = load_description("isyhand").model_copy(update={"watchdog": 2.0, "patience": 0.3})
+HAND, GRASP = load_hand_and_grasp(DESCRIPTION)
+CAMERA = CameraIntrinsics(160, 120, 154.0, 154.0, 79.5, 59.5)
+DOWN = np.arctan2(0.32, 0.31)  # [rad], the camera looks down at the hand by this angle
+R_CH = np.array(
+    [[0, -1, 0], [-np.sin(DOWN), 0, -np.cos(DOWN)], [np.cos(DOWN), 0, -np.sin(DOWN)]], dtype=float
+)
+T_CH = gtsam.Pose3(gtsam.Rot3(R_CH), np.array([0.01, 0.02, 0.45]))
+T_HO = gtsam.Pose3(gtsam.Rot3(), np.array([0.09, 0.05, 0.20]))  # in sight, out of the fingers' way
+
+
+@pytest.fixture(scope="module")
+def can():
+    return load_object("can")
+
+
+class Scene(Camera):
+    """Renders the hand at its servos' angles, and the can, 20 times a second.
+
+    Attributes:
+        silent: Raise instead, as a camera does that was unplugged.
+        blind: Leave the can out.
+        late: By how much stamps lie in the past [s].
+    """
+
+    def __init__(self, line, can):
+        self.name, self.intrinsics = "scene", CAMERA
+        self.silent, self.blind, self.late = False, False, 0.0
+        self._line, self._mask = line, HandMask(HAND)
+        nothing = np.zeros((CAMERA.height, CAMERA.width))
+        view = View(nothing, nothing > 0, CAMERA, sigma=0.001)
+        self._can = Evidence(Shape(can.sdf), view, T_CH * T_HO).predicted
+
+    def read(self):
+        time.sleep(0.05)
+        if self.silent:
+            raise CameraError("scene: no image for 2 s; is it still plugged in?")
+        angles = {
+            j.name: j.angle(self._line.servos[j.id].get("present_position"))
+            for j in DESCRIPTION.joints
+        }
+        depth = self._mask.depth(CAMERA, T_CH.inverse(), angles)
+        depth = np.minimum(depth, np.inf if self.blind else self._can)
+        depth = np.where(np.isfinite(depth), depth, 1.2).astype(np.float32)
+        return CameraFrame(time.monotonic() - self.late, depth, None)
+
+    def close(self):
+        pass
+
+
+@dataclass
+class StillPads(PadDevice):
+    """Pads that nothing touches; remembers that it was prepared."""
+
+    prepared: list = field(default_factory=list)
+
+    def prepare(self):
+        self.prepared.append(time.monotonic())
+        return "baseline measured"
+
+    def since(self, instant):
+        now = time.monotonic()
+        state = PadState(np.zeros(len(HAND)), np.zeros(len(HAND), dtype=bool))
+        return [(now, state)] if now > instant + 0.02 else []
+
+    def close(self):
+        pass
+
+
+@pytest.fixture
+def line():
+    with ServoLineEmulator(joint.id for joint in DESCRIPTION.joints) as emulator:
+        yield emulator
+
+
+class Bench:
+    """What a run needs, and what it said."""
+
+    def __init__(self, line, can):
+        self.line, self.camera, self.pads = line, Scene(line, can), StillPads()
+        self.said, self.can = [], can
+
+    def run(self, ask=None, T_ch=T_CH, put=lambda: None, **changes):
+        devices = Devices(
+            open_hand=lambda: Hand(DESCRIPTION, self.line.path),
+            open_pads=lambda: self.pads,
+            open_camera=lambda truth: self.camera,
+            T_ch=T_ch,
+            put_object=put,
+        )
+        config = EstimatorConfig.tuned()
+        plan = Plan(HAND, GRASP, self.can, config, T_ho=T_HO, seconds=2.0, give_up=5.0, **changes)
+        return carry_out(plan, devices, ask, self.said.append)
+
+    def all_off(self):
+        return not any(servo.torque for servo in self.line.servos.values())
+
+
+@pytest.fixture
+def bench(line, can):
+    return Bench(line, can)
+
+
+def later(seconds, work):
+    timer = threading.Timer(seconds, work)
+    timer.daemon = True
+    timer.start()
+
+
+def when_closing(bench, work, after=0.5):
+    """Do something while the fingers close: the pads are prepared shortly before."""
+
+    def wait():
+        while not bench.pads.prepared:
+            time.sleep(0.02)
+        time.sleep(after)
+        work()
+
+    threading.Thread(target=wait, daemon=True).start()
+
+
+def test_a_run_compares_measures_and_tracks(bench):
+    status = bench.run()
+    assert bench.all_off()
+    assert status._fusion.count > 10
+    assert status._fingers.phase in (Phase.CLOSING, Phase.CLOSED)
+    assert len(bench.pads.prepared) == 1  # also where nobody is asked
+    assert any("the depth image shows the hand 0." in line for line in bench.said)
+    assert status.remarks == []
+
+
+def test_a_camera_that_falls_silent_leaves_touch_and_says_so(bench):
+    when_closing(bench, lambda: setattr(bench.camera, "silent", True), after=0.8)
+    status = bench.run(put=lambda: None)
+    assert status._fusion.last.T_wo is not None  # the object is not dropped
+    assert status._vision.trouble == "scene: no image for 2 s; is it still plugged in?"
+    assert any(remark.startswith("no images for ") for remark in status.remarks)
+    assert any("note: no images" in line for line in status.summary())
+
+
+def test_a_run_without_a_first_visual_pose_is_an_error_with_a_reason(bench):
+    bench.camera.blind = True
+    with pytest.raises(
+        LiveError, match=r"no estimate: the tracker never saw the object, in none of \d+ images"
+    ):
+        bench.run()
+    assert bench.all_off()
+
+
+def test_stamps_from_the_past_are_the_reason_that_is_told(bench):
+    bench.camera.late = 0.0
+    when_closing(bench, lambda: setattr(bench.camera, "late", 5.0), after=0.0)
+    try:
+        remarks = bench.run().remarks
+    except LiveError as error:  # where they began before the first pose
+        remarks = [str(error)]
+    assert any("by their stamps they are from 5.0 s ago; did a clock jump?" in r for r in remarks)
+
+
+def test_a_wrong_wrist_calibration_is_refused_before_the_object_is_asked_for(bench):
+    T_off = gtsam.Pose3(gtsam.Rot3(), np.array([0.0, 0.0, 0.022])) * T_CH
+    with pytest.raises(CameraError, match="from where the wrist calibration"):
+        bench.run(T_ch=T_off)
+    assert bench.pads.prepared == []
+    assert bench.all_off()
+
+
+def test_a_stuck_encoder_is_not_believed(bench):
+    servo = bench.line.servos[12]
+    observe = servo.observe
+    stuck = servo.get("present_position")
+
+    def frozen(motion):
+        observe(motion)
+        servo.set("present_position", stuck)
+
+    servo.observe = frozen
+    with pytest.raises(LiveError, match="index_middle reads as if it stood still: is it caught"):
+        bench.run()
+    assert bench.all_off()
+
+
+def test_somebody_watches_while_a_person_is_asked(bench):
+    asked = []
+
+    def ask(question, watch):
+        asked.append(question)
+        if "Nothing may touch" in question:
+            with bench.line.lock:
+                bench.line.servos[33].fail(OVERLOAD)
+            end = time.monotonic() + 10
+            while time.monotonic() < end:  # the person does not come back
+                watch()
+                time.sleep(0.05)
+
+    start = time.monotonic()
+    with pytest.raises(ServoError, match=r"middle_proximal \(servo 33\) reports overload"):
+        bench.run(ask=ask, put=None)
+    assert len(asked) == 2
+    assert time.monotonic() - start < 60
+    assert bench.all_off()
+
+
+def test_without_questions_it_waits_until_the_object_lies_there(bench, monkeypatch):
+    bench.camera.blind = True
+    finds = iter([LiveError("not yet"), LiveError("not yet"), T_HO, T_HO])
+
+    def find(camera, obj, hand, joints, T_ch):
+        found = next(finds)
+        if isinstance(found, LiveError):
+            raise found
+        bench.camera.blind = False
+        from vtgtsam.vision.first_pose import Candidate
+
+        return Candidate(T_ch * found, 1.0, 0.0)
+
+    monkeypatch.setattr("hardware.live.session.find_object", find)
+    devices_put = None
+    plan_pose = {"T_ho": None}
+    config = EstimatorConfig.tuned()
+    devices = Devices(
+        open_hand=lambda: Hand(DESCRIPTION, bench.line.path),
+        open_pads=lambda: bench.pads,
+        open_camera=lambda truth: bench.camera,
+        T_ch=T_CH,
+        put_object=devices_put,
+    )
+    plan = Plan(HAND, GRASP, bench.can, config, seconds=1.0, give_up=5.0, **plan_pose)
+    carry_out(plan, devices, None, bench.said.append)
+    assert list(finds) == []
+    assert len(bench.pads.prepared) == 1
+    assert any("waiting for up to 60 s" in line for line in bench.said)
+
+
+def test_a_recording_that_cannot_be_written_is_an_error_in_words(bench, tmp_path):
+    class Full:
+        path = tmp_path / "out.mcap"
+
+        def __getattr__(self, name):
+            def refuse(*values):
+                raise OSError(28, "No space left on device")
+
+            return refuse
+
+    from hardware.live import session
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(session, "RecordingWriter", lambda *a, **k: Full())
+        with pytest.raises(VtgtsamError, match=r"cannot go on writing .*out.mcap: No space left"):
+            bench.run(record=tmp_path / "out.mcap")
+    assert bench.all_off()
