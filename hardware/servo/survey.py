@@ -200,7 +200,7 @@ class JointWizard:
         return found
 
     def _measure(self, title: str, joint: Joint) -> Joint | None:
-        high = float(np.rad2deg(joint.limits[1]))
+        high = float(math.floor(np.rad2deg(joint.limits[1])))  # what is shown is what is taken
         sense = f", which {self.positive[joint.name]}" if joint.name in self.positive else ""
         while True:
             try:

@@ -36,3 +36,23 @@ def test_stamps_neither_decrease_nor_lie_in_the_future():
     stamps = np.array([clock.to_host(*pair) for pair in zip(device, received, strict=True)])
     assert (np.diff(stamps) >= 0).all()
     assert (stamps <= received + 1e-12).all()
+
+
+def test_a_clock_that_jumps_is_found_again_in_either_direction():
+    for jump in (-5.0, 5.0):
+        device, host, received = arrivals(np.random.default_rng(3))
+        device = device + np.where(np.arange(len(device)) >= 200, jump, 0.0)
+        clock = DeviceClock()
+        stamps = np.array([clock.to_host(*pair) for pair in zip(device, received, strict=True)])
+        assert np.abs(stamps - host)[210:].max() < 0.06  # [s], where 5 s were off
+        assert np.abs(stamps - host)[50:200].max() < 0.02
+        assert clock.jumps == (1 if jump < 0 else 0)  # ahead, the least difference tells it
+
+
+def test_a_line_that_stalled_is_no_jump():
+    device, host, received = arrivals(np.random.default_rng(4))
+    received[200:240] = received[240]  # a hub held 40 messages back for 0.8 s
+    clock = DeviceClock()
+    stamps = np.array([clock.to_host(*pair) for pair in zip(device, received, strict=True)])
+    assert clock.jumps == 0
+    assert np.abs(stamps - host)[50:].max() < 0.02

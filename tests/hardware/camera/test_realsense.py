@@ -227,3 +227,95 @@ def test_stamps_by_the_camera_s_own_clock_become_monotonic_ones():
 def test_a_camera_that_falls_silent_is_an_error():
     with pytest.raises(CameraError, match="stand-in: no image for 2 s; is it still plugged in"):
         live_camera(Images([], by_host=True), time.monotonic).read()
+
+
+class FakeFrame:
+    """A frame of the library, or the false one that stands for a missing frame."""
+
+    def __init__(self, there=True):
+        self.there = there
+
+    def __bool__(self):
+        return self.there
+
+    def get_timestamp(self):
+        return 1000.0
+
+    def get_frame_timestamp_domain(self):
+        return "system"
+
+    def get_data(self):
+        return np.ones((2, 2))
+
+
+class FakeFrames:
+    def __init__(self, depth, color):
+        self.depth, self.color = FakeFrame(depth), FakeFrame(color)
+
+    def get_depth_frame(self):
+        return self.depth
+
+    def get_color_frame(self):
+        return self.color
+
+
+def fake_stream(sets):
+    """A stream whose pipeline gives these sets of frames (whether depth and colour are there)."""
+    stream = realsense._Stream.__new__(realsense._Stream)
+    left = [FakeFrames(*present) for present in sets]
+
+    class Pipeline:
+        def try_wait_for_frames(self, wait):
+            return (True, left.pop(0)) if left else (False, None)
+
+    class Library:
+        class timestamp_domain:
+            hardware_clock = "hardware"
+
+    class Align:
+        def process(self, frames):
+            return frames
+
+    stream._pipeline, stream._rs, stream._align = Pipeline(), Library, Align()
+    stream._depth_unit, stream.name = 0.001, "D435"
+    return stream
+
+
+def test_sets_that_lack_an_image_are_passed_over():
+    stream = fake_stream([(True, False), (False, True), (False, False), (True, True)])
+    stamp, _, depth, color = stream.next(1.0)
+    assert stamp == 1.0
+    assert depth.shape == color.shape == (2, 2)
+    assert stream.next(0.1) is None
+
+
+def test_an_unplugged_camera_is_a_camera_error():
+    stream = fake_stream([])
+
+    def gone(wait):
+        raise RuntimeError("Device disconnected")
+
+    stream._pipeline.try_wait_for_frames = gone
+    with pytest.raises(CameraError, match="D435: Device disconnected"):
+        stream.next(0.1)
+
+
+def test_stamps_by_a_wall_clock_that_was_set_are_told_in_this_computers_time():
+    """The library stamps by the host's wall clock; somebody sets that by 5 s."""
+    camera = RealSenseCamera.__new__(RealSenseCamera)
+    now, ahead = [100.0], 5.0
+    camera._clock = lambda: now[0]
+    camera._device_clock, camera.name = realsense.DeviceClock(), "D435"
+    stamps = iter(())
+
+    class Stream:
+        def next(self, wait):
+            now[0] += 1 / 30
+            return next(stamps), True, np.zeros((1, 1)), None
+
+    camera._stream = Stream()
+    taken = []
+    stamps = iter([time.time() - ahead - 0.03 + k / 30 for k in range(30)])
+    for _ in range(30):
+        taken.append(now[0] + 1 / 30 - camera.read().time)
+    assert max(np.abs(taken)) < 0.1  # [s], where the stamp says 5 s

@@ -3,12 +3,16 @@
 
 from __future__ import annotations
 
+import time
+from types import SimpleNamespace
+
 import gtsam
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from hardware.live.find import as_start, choose, object_view
+from hardware.camera.camera import CameraError, CameraFrame
+from hardware.live.find import as_start, choose, object_view, still_image
 from hardware.live.streams import LiveError
 from sim.camera import D435, DepthCamera, add_depth_noise
 from sim.hands import load_description
@@ -108,3 +112,10 @@ def test_poses_that_differ_by_the_objects_symmetry_are_one():
     spun = bench.T_ch * gtsam.Pose3(gtsam.Rot3.Rz(1.0), np.zeros(3))
     first = Candidate(bench.T_ch, 0.95, 0.0)
     assert choose([first, Candidate(spun, 0.95, 0.0)], bench.obj, bench.T_ch) is first
+
+
+def test_images_that_are_always_too_old_are_an_error_with_the_cause():
+    frame = CameraFrame(time.monotonic() - 5.0, np.zeros((2, 2)), None)
+    camera = SimpleNamespace(name="D435", read=lambda: frame)
+    with pytest.raises(CameraError, match=r"stamps of D435 are from 5\.\d s ago: did a clock jump"):
+        still_image(camera)

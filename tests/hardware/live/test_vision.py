@@ -1,12 +1,13 @@
 # SPDX-License-Identifier: MIT
 from __future__ import annotations
 
+import threading
 from types import SimpleNamespace
 
 import gtsam
 import numpy as np
 
-from hardware.camera.camera import CameraFrame
+from hardware.camera.camera import CameraError, CameraFrame
 from hardware.live.fusion import STREAMS
 from hardware.live.recorder import Recorder
 from hardware.live.sensors import Vision
@@ -58,3 +59,54 @@ def test_a_lost_object_is_looked_for_in_every_other_image_until_it_is_found():
     assert streams.count("images") == 12  # the estimator waits for none of them
     assert streams.count("vision") == 6
     assert vision.lost == 6
+
+
+def test_a_camera_that_comes_back_counts_again():
+    streams = Streams(STREAMS)
+    streams.put("joints", 0, np.zeros(1))
+    now, stop = [0.0], threading.Event()
+    frames = iter(
+        [CameraFrame(0.0, np.zeros((2, 2)), None), *[CameraError("unplugged")] * 3]
+        + [CameraFrame(0.7, np.ones((2, 2)), None)]
+    )
+
+    def read():
+        found = next(frames, None)
+        now[0] += 0.2
+        if isinstance(found, CameraError):
+            raise found
+        return found
+
+    camera = SimpleNamespace(name="D435", read=read)
+    vision = Vision(
+        camera,
+        Tracker(),
+        gtsam.Pose3(),
+        streams,
+        RunClock(lambda: now[0]),
+        Recorder(None),
+        images=False,
+    )
+    vision.run(stop)
+    assert streams.count("images") == 2
+    assert 0.5 < vision.silent < 1.0
+    assert vision.trouble == "D435 has ended"
+    assert vision.remarks()[0].startswith("no images for ")
+
+
+def test_an_image_with_a_stamp_that_cannot_be_right_is_left_out_and_told():
+    streams = Streams(STREAMS)
+    streams.put("joints", 0, np.zeros(1))
+    now = [10.0]
+    clock = RunClock(lambda: now[0])
+    now[0] = 20.0
+    frames = iter([CameraFrame(t, np.zeros((2, 2)), None) for t in (15.0, 21.0, 19.9)])
+    camera = SimpleNamespace(name="D435", read=lambda: next(frames, None))
+    vision = Vision(camera, Tracker(), gtsam.Pose3(), streams, clock, Recorder(None), images=False)
+    vision.run(threading.Event())
+    assert vision.odd_stamps == 2
+    assert streams.count("images") == 1
+    assert any(
+        "2 images left out: by their stamps they are from 1.0 s ahead" in r
+        for r in vision.remarks()
+    )
