@@ -126,7 +126,7 @@ def closest_on_pads(
     for k in range(len(T_wp)):
         relative_pose(T_wo, T_wp[k], T_op)
         inside, far, rounding = placement(field, T_op, pad_boxes[k])
-        move_bounds(field, tiles, memory, T_op, k, inside, far)
+        move_bounds(field, tiles, memory, T_op, k, inside)
         best, index, jacobian = np.inf, -1, (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
         limit = np.inf if needed[k] else 0.0  # what is not below it does not matter
         if needed[k] or not least(bounds[k, : counts[k]]) > moved[k]:
@@ -151,12 +151,11 @@ def move_bounds(
     T_op: NDArray[np.float64],
     k: int,
     inside: bool,
-    far: bool,
 ) -> None:
     """Let pad k's lower bounds hold at its pose ``T_op``: no distance falls by more than the slope times the motion."""
     slope = field.slope if inside and memory.inside_before[k] else slope_anywhere(field)
     moved = memory.moved[k] + slope * motion(memory.T_before[k], T_op, tiles.pad_boxes[k])
-    if far or not moved < FORGET:
+    if not moved < FORGET:  # NaN neither
         for tile in range(tiles.counts[k]):
             memory.bounds[k, tile] = -np.inf
         moved = 0.0

@@ -113,6 +113,33 @@ def test_going_to_and_fro_gives_the_plain_answer(field, size):
         np.testing.assert_allclose(found.distances[matters], distances[matters], atol=1e-15)
 
 
+def linear_along(axis, slope):
+    values = np.moveaxis(np.broadcast_to(slope(np.linspace(-HALF, HALF, 49)), (49,) * 3), -1, axis)
+    return GridSdf(values, [-HALF] * 3, [HALF] * 3)
+
+
+SHIFT, TURN, DIAGONAL = np.eye(6)[3], np.eye(6)[1] / 0.03, np.array([0, 0, 0, -1, 0, -1])
+
+
+@pytest.mark.parametrize(
+    ("field", "way", "half"),
+    [
+        (linear_along(0, lambda x: 0.05 - np.abs(x)), SHIFT, 0.03),  # either side of a ridge
+        (linear_along(2, lambda z: z), TURN, 0.03),
+        (linear_along(2, lambda z: z), DIAGONAL, 0.08),  # ends outside the grid, on either side
+    ],
+)
+@pytest.mark.parametrize("step", [0.002, 0.006, 0.02])
+def test_an_end_that_comes_closer_as_fast_as_anything_can_is_found(field, way, half, step):
+    pads = PadSet([Pad("bar", (0.2, 0.01), np.repeat([[-half, 0, 0], [half, 0, 0]], 40, axis=0))])
+    plain, closest = PlainSearch(pads, field), ClosestPoints(pads, field)
+    before = everywhere(closest, np.eye(4), exp_se3(-step * way)[None])
+    end = exp_se3(0.001 * step * way)[None]  # it has just become the closest
+    after = everywhere(closest, np.eye(4), end)
+    assert (before.indices[0] < 40) != (after.indices[0] < 40)
+    assert after.distances[0] == pytest.approx(plain.at(np.eye(4), end)[0][0], abs=1e-15)
+
+
 @pytest.mark.parametrize("seed", range(6))
 def test_memory_of_earlier_poses_changes_no_bit(seed):
     rng = np.random.default_rng(seed)
