@@ -1,5 +1,11 @@
 # SPDX-License-Identifier: MIT
-"""Which side of a mesh's faces is out: made to agree where a mesh leaves it open."""
+"""Which side of a mesh's faces is out: made to agree where a mesh leaves it open.
+
+A mesh that is closed and of one mind is left as it is. Else its faces fall into patches, which end at
+edges that do not join exactly two faces. In each patch neighbours are made to agree; then straight rays
+decide: they cross an even number of faces on the outer side and an odd one on the inner, whichever
+way these look. A patch with the inside on both of its sides is a wall between two bodies, and goes.
+"""
 
 from __future__ import annotations
 
@@ -7,13 +13,21 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..exceptions import MeshError
+from .rays import Rays
 from .reading import merged
+from .stitching import stitched
+from .validation import check_volume
 
 if TYPE_CHECKING:
     import trimesh
 
-SMALLEST_VOLUME = 1e-6  # of the cube of the longest extent: a sheet of paper has 2e-4
+SEED = 0
+SAMPLES = 20_000  # points from which rays are cast, all patches together
+A_PATCH = 64, 2  # points on a patch, at most and at least
+CLEAR = 0.3  # difference of the two sides' shares of outer rays that decides a patch
+INNER = 0.2  # share of outer rays on both sides below which a patch is an inner wall
+CAVITY = 15  # points of a closed part that are asked whether it is a cavity
+OFF = 1e-5  # of the extent: where rays begin, off a face
 
 
 def outward(vertices: np.ndarray, faces: np.ndarray) -> tuple[trimesh.Trimesh, bool, list[str]]:
@@ -26,28 +40,28 @@ def outward(vertices: np.ndarray, faces: np.ndarray) -> tuple[trimesh.Trimesh, b
     Raises:
         MeshError: The mesh has no volume.
     """
-    mesh = merged(vertices, faces)
-    problems = []
-    if not mesh.is_watertight:
-        problems.append(
-            "the mesh is not watertight: its distance field is closed across the holes as the "
-            "winding number sees them; close the holes in a mesh editor if it looks wrong"
-        )
+    mesh, problems = merged(vertices, faces), []
+    if not _is_closed(mesh):
+        mesh, said = stitched(mesh)
+        problems.extend(said)
     if not mesh.is_winding_consistent:
         problems.append(
             "neighbouring faces of the mesh disagree about which side is out; they were turned to "
             "agree; recalculate the normals in a mesh editor if the result looks wrong"
         )
         mesh.faces = _agreeing(mesh)
-    turned = _turn_outwards(mesh)
+    turned = _turn_patches(mesh, problems) + _turn_closed(mesh)
     if turned:
         problems.append(
             f"{turned} of the mesh's parts had faces that look inwards; they were turned; "
             "recalculate the normals in a mesh editor if the result looks wrong"
         )
-    if _volume(mesh.triangles) < SMALLEST_VOLUME * mesh.extents.max() ** 3:
-        raise MeshError("the mesh has no volume: it is flat; give it a thickness")
-    return mesh, bool(mesh.is_watertight and mesh.is_winding_consistent), problems
+    check_volume(mesh, _volume(mesh.triangles))
+    return mesh, _is_closed(mesh), problems
+
+
+def _is_closed(mesh: trimesh.Trimesh) -> bool:
+    return bool(mesh.is_watertight and mesh.is_winding_consistent)
 
 
 def _agreeing(mesh: trimesh.Trimesh) -> np.ndarray:
@@ -61,33 +75,87 @@ def _agreeing(mesh: trimesh.Trimesh) -> np.ndarray:
     return np.asarray(np.where(turn[part][:, None], faces[:, ::-1], faces))
 
 
-def _turn_outwards(mesh: trimesh.Trimesh) -> int:
-    """Turn the parts of a mesh that look inwards and are no cavity in another; their number.
+def _turn_patches(mesh: trimesh.Trimesh, problems: list[str]) -> int:
+    """Turn the open patches whose inner side rays find in front, and take inner walls away; number turned."""
+    part, closed = _parts(mesh)
+    patches = np.flatnonzero(~closed)
+    if len(patches) == 0:
+        return 0
+    front, back = _outer_shares(mesh, part, patches)
+    turn = patches[back - front > CLEAR]
+    doubtful = patches[np.abs(back - front) <= CLEAR]
+    inner = patches[(front < INNER) & (back < INNER)]
+    doubtful = doubtful[~np.isin(doubtful, inner)]
+    unsure = np.isin(part, doubtful)
+    if unsure.any() and _volume(mesh.triangles[unsure]) < 0:
+        turn = np.concatenate([turn, doubtful])
+    faces = np.array(mesh.faces)
+    turned = np.isin(part, turn)
+    faces[turned] = faces[turned, ::-1]
+    inside = np.isin(part, inner)
+    if inside.any() and not inside.all():
+        faces = faces[~inside]
+        problems.append(
+            f"the mesh has {int(inside.sum())} faces with its inside on both sides; they were left out"
+        )
+    mesh.faces = faces
+    return len(turn)
 
-    A part with open edges is only turned with the whole: alone it has no inside.
-    """
-    import igl
 
+def _outer_shares(
+    mesh: trimesh.Trimesh, part: np.ndarray, patches: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Share of rays that lead out, from in front of each patch and from behind it."""
+    rng = np.random.default_rng(SEED)
+    most, least = A_PATCH
+    count = int(np.clip(SAMPLES // len(patches), least, most))
+    order = np.argsort(part, kind="stable")
+    bounds = np.searchsorted(part[order], [patches, patches + 1])
+    areas, triangles, normals = mesh.area_faces, mesh.triangles, mesh.face_normals
+    points, directions = [], []
+    for start, end in bounds.T:
+        own = order[start:end]
+        weights = areas[own] if areas[own].sum() > 0 else np.ones(len(own))
+        some = rng.choice(own, size=count, p=weights / weights.sum())
+        weight = rng.dirichlet((1, 1, 1), size=count)
+        points.append(np.einsum("nk,nkd->nd", weight, triangles[some]))
+        directions.append(normals[some])
+    on, out = np.concatenate(points), np.concatenate(directions)
+    rays = Rays(np.asarray(mesh.vertices), np.asarray(mesh.faces))
+    off = OFF * float(mesh.extents.max())
+    shares = [
+        rays.outside(on + side * off * out, rng).reshape(len(patches), count).mean(axis=1)
+        for side in (1.0, -1.0)
+    ]
+    return shares[0], shares[1]
+
+
+def _turn_closed(mesh: trimesh.Trimesh) -> int:
+    """Turn the closed parts of a mesh that look inwards and are no cavity in another; their number."""
     faces, (part, closed) = np.array(mesh.faces, dtype=np.int64), _parts(mesh)
-    turned = np.zeros(len(closed), dtype=bool)
-    if _volume(mesh.triangles) < 0:
-        faces, turned = faces[:, ::-1], ~turned
-    vertices = np.asarray(mesh.vertices)
+    vertices, turned = np.asarray(mesh.vertices), np.zeros(len(closed), dtype=bool)
+    bodies = closed[part]
+    if bodies.any() and _volume(vertices[faces[bodies]]) < 0:  # cavities are turned with the rest
+        faces[bodies], turned = faces[bodies, ::-1], closed.copy()
     for n in np.flatnonzero(closed):
         own = part == n
-        others = np.ascontiguousarray(faces[~own])
-        if _volume(vertices[faces[own]]) >= 0:
+        if _volume(vertices[faces[own]]) >= 0 or _is_cavity(vertices, faces[own], faces[~own]):
             continue
-        if (
-            len(others) > 0
-            and igl.winding_number(vertices, others, vertices[faces[own][0, :1]]) > 0.5
-        ):
-            continue  # a cavity
         faces[own] = faces[own, ::-1]
         turned[n] = not turned[n]
     if turned.any():
         mesh.faces = faces
     return int(turned.sum())
+
+
+def _is_cavity(vertices: np.ndarray, own: np.ndarray, others: np.ndarray) -> bool:
+    """Whether a closed part lies inside others."""
+    if len(others) == 0:
+        return False
+    rng = np.random.default_rng(SEED)
+    some = rng.choice(len(own), size=min(CAVITY, len(own)), replace=False)
+    centres = vertices[own[some]].mean(axis=1)
+    return bool(Rays(vertices, others).outside(centres, rng, rays=5).mean() < 0.5)
 
 
 def _parts(mesh: trimesh.Trimesh) -> tuple[np.ndarray, np.ndarray]:

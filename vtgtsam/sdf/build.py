@@ -3,7 +3,7 @@
 
 At the nodes the distance is exact, and the sign is the winding number's, inside where it is above 1/2.
 That is right also for meshes with holes, where the sign of a ray or of the closest face's normal is
-not.
+not; holes wider than the grid's spacing get a lid, to which distances are taken too.
 """
 
 from __future__ import annotations
@@ -19,13 +19,15 @@ from .. import limits
 from ..cache import cached_arrays
 from ..exceptions import MeshError
 from ..mesh.orientation import outward
-from ..mesh.reading import check_geometry, check_size, read_mesh, sha256_of
+from ..mesh.reading import read_mesh, sha256_of
+from ..mesh.validation import check_geometry, check_opening, check_size, size_doubts
 from .grid import GridSdf
 
 if TYPE_CHECKING:
     import trimesh
 
-VERSION = 3  # of what is cached; raised when the same mesh would give other values
+SMALL_HOLE = 3.0  # spacings of the grid
+VERSION = 4  # of what is cached; raised when the same mesh would give other values
 
 
 def build_sdf(
@@ -34,7 +36,7 @@ def build_sdf(
     """Signed distance field of a mesh, on a cube of ``resolution`` nodes a side around it.
 
     Takes about half a second for 128 nodes a side; the result is kept in the cache (``vtgtsam.cache``).
-    A mesh with holes or with faces that look the wrong way gives a warning, and the sign is right.
+    A mesh with holes or with faces that look the wrong way gives a warning, and is closed and turned.
 
     Args:
         mesh: Triangle mesh [m], or the path of one.
@@ -42,10 +44,12 @@ def build_sdf(
         margin: Room between mesh and cube on each side, as a fraction of the mesh's longest extent.
 
     Raises:
-        MeshError: The mesh cannot be read, is empty, has no volume, or is not in metres.
+        MeshError: The mesh cannot be read, is empty, has no volume, is a sheet, or is not in metres.
     """
-    if resolution != int(resolution) or resolution < 2:
-        raise ValueError(f"resolution must be at least 2 nodes a side, got {resolution}")
+    if not isinstance(resolution, int | np.integer) or resolution < 2:
+        raise ValueError(
+            f"resolution must be a whole number of nodes a side, at least 2, got {resolution!r}"
+        )
     limits.check(float(resolution) ** 3, limits.NODES, "nodes of a distance field", MeshError)
     if not (np.isfinite(margin) and margin >= 0):
         raise ValueError(f"margin must be a fraction of the mesh's extent, 0 or more, got {margin}")
@@ -54,8 +58,9 @@ def build_sdf(
     if not hasattr(mesh, "faces"):
         raise ValueError(f"mesh must be a trimesh.Trimesh or a path, got {type(mesh).__name__}")
     vertices, faces = np.asarray(mesh.vertices), np.asarray(mesh.faces)
-    check_geometry(vertices, faces)
-    check_size(vertices)
+    name = getattr(mesh, "metadata", {}).get("name", "the mesh")
+    check_geometry(vertices, faces, name)
+    check_size(vertices, name)
 
     described = f"{VERSION} {sha256_of(vertices, faces)} {int(resolution)} {float(margin)!r}"
     key = hashlib.sha256(described.encode()).hexdigest()
@@ -69,7 +74,8 @@ def _compute(
     vertices: np.ndarray, faces: np.ndarray, resolution: int, margin: float
 ) -> dict[str, np.ndarray]:
     from ..surface import Surface
-    from .sign import inside_grid
+    from .openings import close_openings
+    from .sign import winding_grid
 
     mesh, closed, problems = outward(vertices, faces)
     lower, upper = mesh.bounds
@@ -77,11 +83,28 @@ def _compute(
     ticks = np.linspace(-half, half, resolution)
     V, F = np.asarray(mesh.vertices) - centre, np.asarray(mesh.faces, dtype=np.int64)
     distances = Surface(V, F).grid_distances(ticks)
-    inside = inside_grid(V, F, ticks, distances, closed)
-    np.negative(distances, out=distances, where=inside)
+    winding = winding_grid(V, F, ticks, distances, closed)
+    if not closed:
+        lids = close_openings(distances, winding, ticks)
+        check_opening(lids.area, float(mesh.area), lids.width)
+        problems = [_openness(lids.width, ticks[1] - ticks[0]), *problems]
+    np.negative(distances, out=distances, where=winding > 0.5)
     return {
         "values": distances.astype(np.float32),
         "lower": centre - half,
         "upper": centre + half,
-        "problems": np.array(problems, dtype=str),
+        "problems": np.array([*problems, *size_doubts(vertices)], dtype=str),
     }
+
+
+def _openness(width: float, spacing: float) -> str:
+    """How a mesh with holes was closed."""
+    if width < SMALL_HOLE * spacing:
+        return (
+            "the mesh is not watertight: its distance field is closed across the holes, none wider than "
+            f"{SMALL_HOLE * spacing * 1e3:.1f} mm, as the winding number sees them"
+        )
+    return (
+        f"the mesh is not watertight: it is open about {width * 1e3:.0f} mm wide, and its distance field is closed "
+        "there by a lid; if the real object is open, give its walls a thickness in a mesh editor"
+    )

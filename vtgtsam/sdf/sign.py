@@ -22,10 +22,10 @@ NEAR = 1e-5  # of the mesh's extent
 AT_ONCE = 4_000_000  # nodes, 200 MB
 
 
-def inside_grid(
+def winding_grid(
     vertices: np.ndarray, faces: np.ndarray, ticks: np.ndarray, distances: np.ndarray, closed: bool
 ) -> np.ndarray:
-    """Whether each node of a cubic grid lies inside, bool (n, n, n).
+    """Winding number at each node of a cubic grid, float32 (n, n, n): inside where it is above 1/2.
 
     Args:
         vertices: In the frame of the grid [m], shape (V, 3).
@@ -36,16 +36,16 @@ def inside_grid(
     """
     nodes = np.arange(distances.size, dtype=np.int32)
     if closed:
-        region = _regions(distances, ticks[1] - ticks[0])
+        region = regions(distances, ticks[1] - ticks[0])
         nodes = nodes[region == nodes]
-    inside = np.zeros(distances.size, dtype=bool)
+    winding = np.zeros(distances.size, dtype=np.float32)
     for some in np.array_split(nodes, -(-len(nodes) // AT_ONCE)):
         points = ticks[np.column_stack(np.unravel_index(some, distances.shape))]
-        inside[some] = _inside(vertices, faces, points, distances.ravel()[some])
-    return (inside[region] if closed else inside).reshape(distances.shape)
+        winding[some] = _winding(vertices, faces, points, distances.ravel()[some])
+    return (winding[region] if closed else winding).reshape(distances.shape)
 
 
-def _inside(
+def _winding(
     vertices: np.ndarray, faces: np.ndarray, points: np.ndarray, distances: np.ndarray
 ) -> np.ndarray:
     import igl
@@ -55,11 +55,11 @@ def _inside(
     doubtful = (distances < near) | (np.abs(winding - 0.5) < DOUBTFUL)
     if doubtful.any():
         winding[doubtful] = igl.winding_number(vertices, faces, points[doubtful])
-    return np.asarray(winding > 0.5)
+    return np.asarray(winding)
 
 
 @compiled
-def _regions(distances: Any, spacing: float) -> Any:
+def regions(distances: Any, spacing: float) -> Any:
     """The first node of each node's region, int32 (n^3,), by union and find over the edges."""
     nx, ny, nz = distances.shape
     flat = distances.ravel()

@@ -26,7 +26,7 @@ def test_good_mesh_has_no_problems_and_its_size_is_printed_in_mm(tmp_path):
     assert "extents: 64.7 x 64.7 x 64.7 mm at scale 1" in text
     assert "watertight, volume 141.5 cm3" in text
     assert "5120 faces, 2562 vertices, 1 body" in text
-    assert "0 wrong signs" in text and text.endswith("no problems found")
+    assert "signs: 0 wrong of" in text and text.endswith("no problems found")
 
 
 def test_mesh_in_millimetres_is_a_problem_that_its_scale_solves(tmp_path):
@@ -81,3 +81,90 @@ def test_flat_mesh_is_a_problem(tmp_path):
 def test_file_that_is_no_mesh_raises(tmp_path):
     with pytest.raises(VtgtsamError, match="no mesh file"):
         check_mesh(tmp_path / "missing.obj")
+
+
+@pytest.mark.parametrize("halvings", [4, 6])
+def test_thin_walls_are_seen_however_fine_the_mesh_is(tmp_path, halvings):
+    sheet = trimesh.creation.box(extents=(0.06, 0.04, 0.0005))
+    for _ in range(halvings):  # 3,072 and 49,152 faces
+        sheet = sheet.subdivide()
+    report = check_mesh(saved(sheet, tmp_path), resolution=64)
+    (problem,) = report.problems
+    assert "98 % of the surface belongs to walls thinner than two voxels" in problem
+    assert any("more than 0.50 mm of material" in line for line in report.lines)
+
+
+def bottle(overlap):
+    """A body with a cap on it whose faces are inverted: as wide as the body, or narrower."""
+    body = trimesh.creation.box(extents=(0.06, 0.06, 0.10))
+    cap = trimesh.creation.box(extents=(overlap, overlap, 0.03)).apply_translation((0, 0, 0.065))
+    cap.invert()
+    return trimesh.util.concatenate([body, cap])
+
+
+@pytest.mark.parametrize("width", [0.06, 0.03])
+def test_an_inverted_cap_is_turned_and_found_where_it_is_not(tmp_path, monkeypatch, width):
+    path = saved(bottle(width), tmp_path)
+    report = check_mesh(path, resolution=64)
+    assert any("look inwards; they were turned" in problem for problem in report.problems)
+    assert not any("wrong by" in p or "wrong sign" in p for p in report.problems)
+
+    def cap_outside(mesh, resolution):
+        sdf = original(mesh, resolution)
+        axes = [np.linspace(a, b, 64) for a, b in zip(sdf.lower, sdf.upper, strict=True)]
+        x, y, z = np.meshgrid(*axes, indexing="ij")
+        in_cap = (np.maximum(abs(x), abs(y)) < width / 2) & (z > 0.05) & (z < 0.08)
+        return GridSdf(np.where(in_cap, abs(sdf.values), sdf.values), sdf.lower, sdf.upper)
+
+    original = check.build_sdf
+    monkeypatch.setattr(check, "build_sdf", cap_outside)
+    report = check_mesh(path, resolution=64)
+    assert any("has the outside on both of its sides" in problem for problem in report.problems)
+
+
+def test_an_audit_takes_its_truth_from_the_mesh_as_it_came(tmp_path, monkeypatch):
+    def without_a_side(mesh, resolution):
+        kept = mesh.submesh([np.flatnonzero(mesh.triangles_center[:, 0] < 0.02)], append=True)
+        return original(kept, resolution)
+
+    original = check.build_sdf
+    monkeypatch.setattr(check, "build_sdf", without_a_side)
+    report = check_mesh(saved(CATALOGUE["ball"].mesh(), tmp_path), resolution=48)
+    assert any("distance field is wrong by up to" in problem for problem in report.problems)
+
+
+def test_an_open_mesh_is_closed_by_a_lid_and_says_so(tmp_path):
+    box = trimesh.creation.box(extents=(0.08, 0.06, 0.12))
+    box.update_faces(box.triangles_center[:, 2] > -0.0599)
+    report = check_mesh(saved(box, tmp_path), resolution=48)
+    opened, rays = report.problems
+    assert "open about 5" in opened and "closed there by a lid" in opened
+    assert "only 88 % of rays" in rays
+    assert any("points at lids and inner walls left out" in line for line in report.lines)
+
+
+def test_a_double_sided_mesh_is_a_body(tmp_path):
+    ball = CATALOGUE["ball"].mesh()
+    both = trimesh.Trimesh(
+        ball.vertices, np.concatenate([ball.faces, ball.faces[:, ::-1]]), process=False
+    )
+    (problem,) = check_mesh(saved(both, tmp_path), resolution=32).problems
+    assert "double-sided" in problem
+
+
+def test_a_mesh_of_a_metre_and_a_half_is_asked_about(tmp_path):
+    (problem,) = check_mesh(
+        saved(trimesh.creation.box(extents=(1.6, 0.4, 0.3)), tmp_path), resolution=32
+    ).problems
+    assert "1.6 m long" in problem and "is it in metres?" in problem
+
+
+def test_faces_with_corners_that_there_are_not_are_refused(tmp_path):
+    path = tmp_path / "bad.ply"
+    path.write_text(
+        "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+        "element face 1\nproperty list uchar int vertex_indices\nend_header\n"
+        "0 0 0\n0.1 0 0\n0 0.1 0\n3 0 1 7\n"
+    )
+    with pytest.raises(VtgtsamError, match="faces with vertices 0 to 7, but it has 3 vertices"):
+        check_mesh(path)
