@@ -113,3 +113,38 @@ def test_object_can_be_made_of_a_field_alone():
     assert lump.mesh is None and lump.symmetry is None and lump.sha256 is None
     np.testing.assert_allclose(lump.center, [0.05, 0.1, 0.2])
     assert repr(lump) == "ObjectModel('lump', 100 x 200 x 400 mm)"
+
+
+def test_a_resolution_can_be_given():
+    assert load_object("ball", resolution=24).sdf.values.shape == (24, 24, 24)
+    for wrong in (1, 12.5, "128", 5000):
+        with pytest.raises(ValueError, match="resolution must be a whole number of nodes"):
+            load_object("ball", resolution=wrong)
+
+
+def test_a_fields_file_is_an_object_without_a_mesh(tmp_path):
+    ball = load_object("ball", resolution=24)
+    ball.sdf.save(tmp_path / "ball.npz")
+    alone = load_object(tmp_path / "ball.npz", origin=[0, 0, 0.01], symmetry="z")
+    assert alone.mesh is None and alone.name == "ball"
+    np.testing.assert_allclose(alone.sdf.lower, ball.sdf.lower - (0, 0, 0.01))
+    np.testing.assert_allclose(
+        alone.symmetry["symmetries_continuous"][0]["offset"][2], -10, atol=1e-6
+    )
+    with pytest.raises(ValueError, match="which is in metres: scale must be 1"):
+        load_object(tmp_path / "ball.npz", scale=0.001)
+    (tmp_path / "bad.npz").write_bytes(b"PK")
+    with pytest.raises(VtgtsamError, match="not a distance field"):
+        load_object(tmp_path / "bad.npz")
+
+
+@pytest.mark.parametrize("wrong", [None, 3, ["can"], np.eye(3)])
+def test_an_object_is_named_or_a_path(wrong):
+    with pytest.raises(ValueError, match="given by its name or the path of its mesh, got"):
+        load_object(wrong)
+
+
+@pytest.mark.parametrize("scale", ["0.001", None, True])
+def test_a_scale_of_another_type_is_refused(scale):
+    with pytest.raises(ValueError, match="scale must be a positive number"):
+        load_object("ball", scale=scale)
