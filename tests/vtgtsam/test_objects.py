@@ -117,9 +117,11 @@ def test_object_can_be_made_of_a_field_alone():
 
 def test_a_resolution_can_be_given():
     assert load_object("ball", resolution=24).sdf.values.shape == (24, 24, 24)
-    for wrong in (1, 12.5, "128", 5000):
+    for wrong in (1, 12.5, "128"):
         with pytest.raises(ValueError, match="resolution must be a whole number of nodes"):
             load_object("ball", resolution=wrong)
+    with pytest.raises(VtgtsamError, match="nodes of a distance field"):
+        load_object("ball", resolution=5000)
 
 
 def test_a_fields_file_is_an_object_without_a_mesh(tmp_path):
