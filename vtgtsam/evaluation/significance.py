@@ -97,7 +97,12 @@ def noise_tests(statistics: pd.DataFrame) -> pd.DataFrame:
 
 
 def signed_rank(differences: np.ndarray) -> dict[str, Any]:
-    """Wilcoxon's signed-rank test of paired differences (N,); positive ones favour the first method."""
+    """Wilcoxon's signed-rank test of paired differences (N,) [m]; positive ones favour the first method.
+
+    Differences count in whole nanometres: what is left of a difference by rounding is none, and differences
+    that are equal but for it share their rank.
+    """
+    differences = nanometres(differences)
     unequal = differences[differences != 0]
     notes = []
     if len(unequal) < len(differences):
@@ -118,6 +123,17 @@ def signed_rank(differences: np.ndarray) -> dict[str, Any]:
         "effect_size": float((np.sign(unequal) * ranks).sum() / ranks.sum()),
         "note": "; ".join(notes),
     }
+
+
+def nanometres(differences: np.ndarray) -> np.ndarray:
+    """Differences [m] in whole nanometres; below one they are 0."""
+    scaled = differences * 1e9
+    return np.where(np.abs(scaled) < 1.0, 0.0, np.round(scaled))
+
+
+def _told(differences: np.ndarray) -> np.ndarray:
+    """Differences [m] without what rounding leaves of equal ones."""
+    return np.where(nanometres(differences) == 0.0, 0.0, differences)
 
 
 def holm(p: np.ndarray) -> np.ndarray:
@@ -150,14 +166,15 @@ def _compare(
     a, b = pairs[better].to_numpy(dtype=float), pairs[baseline].to_numpy(dtype=float)
     with np.errstate(invalid="ignore"):
         differences = np.where(a == b, 0.0, b - a)  # two infinite errors are equal
+    n_better = int((nanometres(differences) > 0).sum())
     result = {"comparison": f"{better} vs {baseline}", "unit": unit}
-    result |= {"n": len(a), "n_better": int((a < b).sum())} | signed_rank(differences)
+    result |= {"n": len(a), "n_better": n_better} | signed_rank(differences)
     missing = table["sequence"].nunique() - _both(table)
     if missing:
         noun = "sequence" if missing == 1 else "sequences"
         words = f"{missing} {noun} left out, in which only one of the two has a value"
         result["note"] = "; ".join(filter(None, (result["note"], words)))
-    return result | _difference(1e3 * differences) if with_difference else result
+    return result | _difference(1e3 * _told(differences)) if with_difference else result
 
 
 def _both(table: pd.DataFrame) -> int:

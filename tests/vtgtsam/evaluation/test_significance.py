@@ -56,6 +56,33 @@ def test_effect_size_is_the_share_of_favourable_minus_unfavourable_ranks():
     assert signed_rank(np.array([0.1, -0.2, -0.3, -0.4]))["effect_size"] == pytest.approx(-0.8)
 
 
+def test_what_rounding_leaves_of_a_difference_is_none():
+    """Two methods that do the same, to 6e-15 mm: nothing to test, and nobody is better."""
+    vis = np.linspace(1e-3, 4e-3, 8)
+    for off in (6e-18, -6e-18, 0.9e-9):
+        errors = {"vis": vis, "vis+pen": vis - off}
+        test = test_for_all(paired_tests(statistics(errors))).loc["vis+pen vs vis"]
+        assert np.isnan(test["p"])
+        assert test["n_better"] == 0
+        assert test["difference_mm"] == 0.0
+        assert test["note"].startswith("all 8 pairs equal: nothing to test")
+
+
+def test_differences_that_are_equal_but_for_rounding_share_their_rank():
+    exact = np.array([1, 1, 1, 1, -1, 2, 2, -3]) * 1e-3
+    rounded = exact * (1 + 1e-13 * np.array([3, -1, 2, 0, -5, 1, -4, 2]))
+    assert signed_rank(rounded) == signed_rank(exact)
+    assert signed_rank(exact)["p"] == pytest.approx(scipy.stats.wilcoxon(1e3 * exact).pvalue)
+    # The ranks as they are would differ, and p with them.
+    assert scipy.stats.wilcoxon(rounded).pvalue != scipy.stats.wilcoxon(exact).pvalue
+
+
+def test_infinite_differences_stay_infinite():
+    result = signed_rank(np.array([np.inf, 1e-3, 2e-3, -1e-3, 3e-3, 4e-3, 0.0]))
+    assert result["note"] == "1 of 7 pairs equal, left out"
+    assert 0 < result["p"] < 1
+
+
 def test_holm_agrees_with_statsmodels():
     multitest = pytest.importorskip("statsmodels.stats.multitest")
     p = np.array([0.04, 0.001, 0.04, 0.9, 0.03, 0.012])

@@ -21,10 +21,10 @@ from ..magic import kind_of
 from ..pieces import METADATA, read_listed, unlisted
 from ..replace import replace_topic
 from ..trajectory import PoseTrajectory
+from .conventions import check_conventions, check_matrices, explain_rotation
 from .files import PoseFiles
 from .instants import check_shift, find_numbering, known_motion
 from .plausible import check_unit_and_frame, explain_offset, find_reference, in_world
-from .quaternions import check_quaternion_order
 from .span import check_span, inside
 
 ADVICE = "check --frame, --scale, --latency and /camera/pose"
@@ -83,8 +83,6 @@ def attach_vision(
     image_times = np.empty(0) if files.table.images is None else _counted_times(before, count)
     files, times_ns, warnings = _understood(files, before, image_times, latency_is_known)
     reference = find_reference(before, times_ns / 1e9)
-    if reference is not None:
-        check_quaternion_order(files, before, times_ns / 1e9, reference)
     poses = in_world(files, before, times_ns / 1e9)
     warnings = _warnings_of_the_rest(before) + warnings
     offset = None
@@ -92,7 +90,8 @@ def attach_vision(
         offset = explain_offset(poses, before, reference)
         warnings += [offset] if offset else []
     if reference is not None and offset is None:
-        warnings += _far_from_truth(poses, times_ns / 1e9, before)
+        far = _far_from_truth(poses, times_ns / 1e9, before)
+        warnings += far or explain_rotation(poses, before.object, reference)
     kept = _usable(source, files, times_ns, poses, warnings)
     about = {"tracker": tracker, "tracker_files": files.path.name}
     with replacing(out) as temporary:
@@ -131,8 +130,10 @@ def _understood(
     """
     times_ns = files.times_ns(image_times)
     check_span(files, times_ns, *_received(recording.path))
+    check_matrices(files)
     reference = find_reference(recording, times_ns / 1e9)
     if reference is not None:
+        check_conventions(files, recording, times_ns / 1e9, reference)
         check_unit_and_frame(files, recording, times_ns / 1e9, reference)
     known = None if reference is None else known_motion(recording)
     if files.table.images is not None:

@@ -13,7 +13,6 @@ import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import gtsam
 import numpy as np
@@ -98,11 +97,6 @@ class PoseFiles:
         """The same poses, understood otherwise."""
         return dataclasses.replace(self, scale=scale or self.scale, frame=frame or self.frame)
 
-    def with_w_first(self) -> PoseFiles:
-        """The same numbers, the quaternions understood as qw qx qy qz."""
-        matrices = np.array([_w_first(matrix) for matrix in self.table.matrices])
-        return dataclasses.replace(self, table=dataclasses.replace(self.table, matrices=matrices))
-
     @property
     def poses(self) -> list[gtsam.Pose3 | None]:
         """T_wo or T_co of each pose in the file; None where a matrix is no pose."""
@@ -141,14 +135,3 @@ def _pose(matrix: np.ndarray, scale: float, T_to: gtsam.Pose3) -> gtsam.Pose3 | 
     if abs(R.T @ R - np.eye(3)).max() > ROTATION_TOLERANCE or np.linalg.det(R) < 0:
         return None
     return gtsam.Pose3(gtsam.Rot3.ClosestTo(R), t).compose(T_to)
-
-
-def _w_first(matrix: np.ndarray) -> np.ndarray:
-    """A pose read from x y z qx qy qz qw as if the quaternion had been qw qx qy qz."""
-    if not np.isfinite(matrix).all():
-        return matrix
-    T = matrix.copy()
-    # Its sign may be another than in the file, which does not change what it means in either order.
-    q: Any = gtsam.Rot3(matrix[:3, :3]).toQuaternion()
-    T[:3, :3] = gtsam.Rot3.Quaternion(q.x(), q.y(), q.z(), q.w()).matrix()
-    return T

@@ -27,6 +27,7 @@ FACTORS = (1.0, 1e-3, 1e3, 1e-2, 1e2, 1e-1, 1e1)  # between units that people us
 MUCH_NEARER = (
     0.3  # of the distance as read: poses for other instants may come a little nearer by chance
 )
+MOVES = 0.02  # [m], an object that goes less far is at rest
 LEAST_OFFSET = 0.005  # [m], a smaller one is a matter of the tracker's accuracy
 STEADY = 0.2  # an offset that varies by a larger share of itself is no matter of the mesh
 SAME_POINT = 0.003  # [m]
@@ -128,11 +129,11 @@ def check_unit_and_frame(
         if frame == "camera" and recording.camera_pose is None:
             continue
         distance = _distance(other, recording, times, reference)
-        if distance < nearest:
+        if distance < nearest and _moves_alike(other, recording, times, reference):
             best, nearest = other, distance
     if best is not files:
         raise RecordingError(
-            f"{files.path} puts the object {_length(off)} from {reference.what}: its poses look "
+            f"{files.path} puts the object {length(off)} from {reference.what}: its poses look "
             f"like {_difference(files, best)}"
         )
 
@@ -160,6 +161,24 @@ def _distance(
     return float(np.median(known)) if len(known) else float("nan")
 
 
+def _moves_alike(
+    files: PoseFiles, recording: Recording, times: np.ndarray, reference: Reference
+) -> bool:
+    """Whether the object goes about as far as it should, where it is known to go anywhere.
+
+    A wrong unit may bring it near by bringing everything near the origin.
+    """
+    centers = _centers(in_world(files, recording, times), recording.object)
+    known = np.isfinite(centers).all(axis=1) & np.isfinite(reference.centers_w).all(axis=1)
+    if not reference.poses or not known.any():
+        return True
+    goes, should = (
+        np.linalg.norm(np.ptp(np.quantile(c[known], (0.05, 0.95), axis=0), axis=0))
+        for c in (centers, reference.centers_w)
+    )
+    return bool(should < MOVES or goes > 0.3 * should)
+
+
 def explain_offset(
     poses: Sequence[gtsam.Pose3 | None], recording: Recording, reference: Reference
 ) -> str | None:
@@ -178,16 +197,20 @@ def explain_offset(
         return None
     offset = -np.median(places, axis=0)
     spread = float(np.median(np.linalg.norm(places + offset, axis=1)))
-    length = float(np.linalg.norm(offset))
-    if length < LEAST_OFFSET or spread > STEADY * length:
+    size = float(np.linalg.norm(offset))
+    if size < LEAST_OFFSET or spread > STEADY * size:
         return None
     option, whose = ",".join(f"{x:.4f}" for x in offset), "a mesh with another origin"
     for name, (point, owner) in origins(obj).items():
         if np.linalg.norm(offset - point) < SAME_POINT:
             option, whose = name, owner
+    if option not in origins(obj) and size > _longest(
+        obj
+    ):  # nobody models a mug so far beside its origin
+        return None
     return (
-        f"in the object's own frame the poses lie {_length(length)} from {reference.what}, the same "
-        f"way in every image to within {_length(spread)}, as with {whose}; if so, "
+        f"in the object's own frame the poses lie {length(size)} from {reference.what}, the same "
+        f"way in every image to within {length(spread)}, as with {whose}; if so, "
         f"give --offset={option}; otherwise this is the tracker's own error: do not remove it with "
         "the truth"
     )
@@ -201,5 +224,6 @@ def origins(obj: ObjectModel) -> dict[str, tuple[np.ndarray, str]]:
     }
 
 
-def _length(metres: float) -> str:
+def length(metres: float) -> str:
+    """A length in words, in metres or millimetres."""
     return f"{metres:.2f} m" if metres >= 1 else f"{metres * 1e3:.1f} mm"
