@@ -68,7 +68,7 @@ def add_each(mesh: trimesh.Trimesh, relative: np.ndarray) -> np.ndarray:
     from .surface.displacements import mean_displacements
 
     vertices = np.array(mesh.vertices, dtype=np.float64)
-    return mean_displacements(vertices, np.ascontiguousarray(relative))  # type: ignore[no-any-return]
+    return mean_displacements(vertices, np.ascontiguousarray(relative))
 
 
 def translation_error(T_est: gtsam.Pose3, T_true: gtsam.Pose3, center_o: np.ndarray) -> float:

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: MIT
 """Machine code on disk that no longer fits its sources is removed before anything loads it.
 
-Numba looks only at the file a function is in: when a function that it calls or inlines changes in another file,
-the old machine code goes on being used. So one change anywhere lets go of all of it.
+Numba looks only at the file a function is in: when a function that it calls or inlines changes in another file, or a
+number that it reads there, the old machine code goes on being used. So one change anywhere in a folder that holds
+compiled functions lets go of all of it.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ MARKS = (b"@compiled", b"@inlined")  # a source with one of them holds compiled 
 
 
 def drop_stale(package: Path) -> None:
-    """Remove the machine code below a package's folder if a compiled source is not what it was then.
+    """Remove the machine code below a package's folder if compiled sources, or those beside them, changed since.
 
     Where the folder cannot be written to, Numba keeps no machine code in it either.
     """
@@ -37,8 +38,11 @@ def drop_stale(package: Path) -> None:
 
 def _digest(package: Path) -> str:
     digest = hashlib.sha256()
-    for source in sorted(package.rglob("*.py")):
-        text = source.read_bytes()
-        if any(mark in text for mark in MARKS):
+    texts = {source: source.read_bytes() for source in sorted(package.rglob("*.py"))}
+    folders = {
+        source.parent for source, text in texts.items() if any(mark in text for mark in MARKS)
+    }
+    for source, text in texts.items():
+        if source.parent in folders:
             digest.update(source.relative_to(package).as_posix().encode() + text)
     return digest.hexdigest()

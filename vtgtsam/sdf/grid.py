@@ -92,14 +92,14 @@ class GridSdf:
 
     def value(self, points_o: ArrayLike) -> np.ndarray:
         """Signed distances [m], shape (N,), at ``points_o`` (N, 3) [m]; NaN where a point is not finite."""
-        return value_at(self.values, self.lower, self.scale, _points(points_o))  # type: ignore[no-any-return]
+        return value_at(self.values, self.lower, self.scale, _points(points_o))
 
     def value_and_gradient(self, points_o: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
         """Signed distances [m], shape (N,), and their gradients, shape (N, 3), at ``points_o`` (N, 3) [m].
 
         The gradient's norm is near 1, up to sqrt(2) outside the grid. NaN where a point is not finite.
         """
-        return value_and_gradient_at(self.values, self.lower, self.scale, _points(points_o))  # type: ignore[no-any-return]
+        return value_and_gradient_at(self.values, self.lower, self.scale, _points(points_o))
 
     def save(self, path: str | Path) -> None:
         """Write to an ``.npz`` file (not compressed: it loads several times faster)."""

@@ -7,16 +7,24 @@ A grid is passed as ``values`` (nx, ny, nz) float32, ``lower`` (3,) the position
 
 from __future__ import annotations
 
-from typing import Any
+import math
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..compiled import compiled, inlined
 
 
 @inlined
-def trilinear(values: Any, lower: Any, scale: Any, x: float, y: float, z: float) -> Any:
-    """Distance at one point and its gradient, (phi, gx, gy, gz); NaN where the point is not finite.
+def trilinear(
+    values: NDArray[np.float32],
+    lower: NDArray[np.float64],
+    scale: NDArray[np.float64],
+    x: float,
+    y: float,
+    z: float,
+) -> tuple[float, float, float, float]:
+    """Distance [m] at one point [m] and its gradient, (phi, gx, gy, gz); NaN where the point is not finite.
 
     Inside the grid phi is trilinear and the gradient its exact derivative. Outside
 
@@ -35,7 +43,7 @@ def trilinear(values: Any, lower: Any, scale: Any, x: float, y: float, z: float)
     i, j, k = min(int(cu), nx - 2), min(int(cv), ny - 2), min(int(cw), nz - 2)
     phi, gx, gy, gz = in_cell(values, scale, i, j, k, cu, cv, cw)
     dx, dy, dz = (u - cu) / scale[0], (v - cv) / scale[1], (w - cw) / scale[2]
-    outside = np.sqrt(dx * dx + dy * dy + dz * dz)
+    outside = math.sqrt(dx * dx + dy * dy + dz * dz)
     gx = dx / outside if cu != u else gx
     gy = dy / outside if cv != v else gy
     gz = dz / outside if cw != w else gz
@@ -43,8 +51,17 @@ def trilinear(values: Any, lower: Any, scale: Any, x: float, y: float, z: float)
 
 
 @inlined
-def in_cell(values: Any, scale: Any, i: int, j: int, k: int, u: float, v: float, w: float) -> Any:
-    """Trilinear value and its derivative [per metre] in cell (i, j, k), at (u, v, w) cells from the first node."""
+def in_cell(
+    values: NDArray[np.float32],
+    scale: NDArray[np.float64],
+    i: int,
+    j: int,
+    k: int,
+    u: float,
+    v: float,
+    w: float,
+) -> tuple[float, float, float, float]:
+    """Trilinear value [m] and its derivative in cell (i, j, k), at (u, v, w) cells from the first node."""
     fx, fy, fz = u - i, v - j, w - k
     # Unsigned: a signed index might count from the end, and asking costs more than the interpolation.
     i0, j0, k0 = np.uint64(i), np.uint64(j), np.uint64(k)
@@ -68,7 +85,7 @@ def in_cell(values: Any, scale: Any, i: int, j: int, k: int, u: float, v: float,
 
 
 @compiled
-def steepest(values: Any, scale: Any) -> float:
+def steepest(values: NDArray[np.float32], scale: NDArray[np.float64]) -> float:
     """Bound of the gradient's norm in all cells: each component is between the slopes of the cell's edges."""
     nx, ny, nz = values.shape
     most = 0.0
@@ -83,12 +100,17 @@ def steepest(values: Any, scale: Any) -> float:
                         ez = max(ez, abs(values[i + a, j + b, k + 1] - values[i + a, j + b, k]))
                 gx, gy, gz = ex * scale[0], ey * scale[1], ez * scale[2]
                 most = max(most, gx * gx + gy * gy + gz * gz)
-    return np.sqrt(most) * (1 + 1e-6)  # type: ignore[no-any-return]  # float32 differences
+    return math.sqrt(most) * (1 + 1e-6)  # float32 differences
 
 
 @compiled
-def value_at(values: Any, lower: Any, scale: Any, points: Any) -> Any:
-    """Distances at points (N, 3)."""
+def value_at(
+    values: NDArray[np.float32],
+    lower: NDArray[np.float64],
+    scale: NDArray[np.float64],
+    points: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    """Distances [m], shape (N,), at points (N, 3) [m]."""
     distances = np.empty(len(points))
     for n in range(len(points)):
         distances[n] = trilinear(values, lower, scale, points[n, 0], points[n, 1], points[n, 2])[0]
@@ -96,8 +118,13 @@ def value_at(values: Any, lower: Any, scale: Any, points: Any) -> Any:
 
 
 @compiled
-def value_and_gradient_at(values: Any, lower: Any, scale: Any, points: Any) -> Any:
-    """Distances (N,) and gradients (N, 3) at points (N, 3)."""
+def value_and_gradient_at(
+    values: NDArray[np.float32],
+    lower: NDArray[np.float64],
+    scale: NDArray[np.float64],
+    points: NDArray[np.float64],
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Distances [m], shape (N,), and gradients, shape (N, 3), at points (N, 3) [m]."""
     distances = np.empty(len(points))
     gradients = np.empty((len(points), 3))
     for n in range(len(points)):

@@ -9,9 +9,8 @@ for its whole region. Around a mesh with holes the winding number varies, and ea
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
+from numpy.typing import NDArray
 
 from ..compiled import compiled
 
@@ -59,7 +58,7 @@ def _winding(
 
 
 @compiled
-def regions(distances: Any, spacing: float) -> Any:
+def regions(distances: NDArray[np.float64], spacing: float) -> NDArray[np.int32]:
     """The first node of each node's region, int32 (n^3,), by union and find over the edges."""
     nx, ny, nz = distances.shape
     flat = distances.ravel()
@@ -81,7 +80,7 @@ def regions(distances: Any, spacing: float) -> Any:
 
 
 @compiled
-def _join(parent: Any, a: int, b: int) -> None:
+def _join(parent: NDArray[np.int32], a: int, b: int) -> None:
     """Make the earlier of two nodes' first ancestors the parent of the other."""
     while parent[a] != a:
         parent[a] = parent[parent[a]]

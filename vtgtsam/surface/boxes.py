@@ -3,18 +3,19 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
+from numpy.typing import NDArray
 
 from ..compiled import compiled, inlined, inlined_fast
-from .tree import WIDTH
+from .tree import WIDTH, Tree
 
 STACK = 256  # seven boxes wait at each level at most, and no mesh has 36 levels
 
 
 @inlined_fast
-def box_gaps(boxes: Any, x: float, y: float, z: float, gaps: Any) -> None:
+def box_gaps(
+    boxes: NDArray[np.float64], x: float, y: float, z: float, gaps: NDArray[np.float64]
+) -> None:
     """Squared distances of a finite point to eight boxes (6, 8)."""
     for n in range(len(gaps)):
         dx = max(max(boxes[0, n] - x, x - boxes[3, n]), 0.0)
@@ -24,7 +25,9 @@ def box_gaps(boxes: Any, x: float, y: float, z: float, gaps: Any) -> None:
 
 
 @compiled
-def box_offset(boxes: Any, place: int, x: float, y: float, z: float) -> Any:
+def box_offset(
+    boxes: NDArray[np.float64], place: int, x: float, y: float, z: float
+) -> tuple[float, float, float]:
     """Vector to a point from the nearest point of one box of eight (6, 8)."""
     dx = min(x - boxes[0, place], 0.0) + max(x - boxes[3, place], 0.0)
     dy = min(y - boxes[1, place], 0.0) + max(y - boxes[4, place], 0.0)
@@ -34,7 +37,13 @@ def box_offset(boxes: Any, place: int, x: float, y: float, z: float) -> Any:
 
 @inlined
 def children_wait(
-    tree: Any, node: int, gaps: Any, limit: float, stack: Any, bounds: Any, waiting: int
+    tree: Tree,
+    node: int,
+    gaps: NDArray[np.float64],
+    limit: float,
+    stack: NDArray[np.int64],
+    bounds: NDArray[np.float64],
+    waiting: int,
 ) -> int:
     """Let a node's children wait whose squared distance is below a limit, the closest on top.
 

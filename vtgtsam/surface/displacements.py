@@ -3,15 +3,16 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
+from numpy.typing import NDArray
 
 from ..compiled import compiled, inlined_fast
 
 
 @compiled
-def mean_displacements(points: Any, transforms: Any) -> Any:
+def mean_displacements(
+    points: NDArray[np.float64], transforms: NDArray[np.float64]
+) -> NDArray[np.float64]:
     """Mean distance [m] of points (P, 3) [m] to where each transform (N, 3, 4) takes them, shape (N,).
 
     NaN where a transform is not finite.
@@ -25,7 +26,7 @@ def mean_displacements(points: Any, transforms: Any) -> Any:
 
 
 @inlined_fast
-def _displacement(points: Any, rows: Any) -> float:
+def _displacement(points: NDArray[np.float64], rows: NDArray[np.float64]) -> float:
     """Sum of the distances between finite points and where one transform takes them."""
     total = 0.0
     for n in range(len(points)):

@@ -3,20 +3,27 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
+from numpy.typing import NDArray
 
 from ..compiled import compiled
 from .boxes import STACK
 from .packets import nearest_to_packet
+from .tree import Tree
 from .triangles import Packet
 
 BLOCK = 4  # nodes along a side of a block
 
 
 @compiled
-def fill_blocks(tree: Any, ticks: Any, start: int, out: Any, packet: Packet, gaps: Any) -> None:
+def fill_blocks(
+    tree: Tree,
+    ticks: NDArray[np.float64],
+    start: int,
+    out: NDArray[np.float64],
+    packet: Packet,
+    gaps: NDArray[np.float64],
+) -> None:
     """Distances at one layer of blocks, at the nodes x = ``ticks[start + i]``, y and z = ``ticks``.
 
     Writes ``out`` (up to BLOCK, n, n); ``packet`` of BLOCK^3 points and ``gaps`` (8,) are scratch.

@@ -7,13 +7,13 @@ by there in whichever pose needs the same few triangles.
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
+from numpy.typing import NDArray
 
 from ..compiled import compiled, inlined_fast
 from .boxes import STACK
 from .packets import nearest_to_packet
+from .tree import Tree
 from .triangles import Packet
 
 PACKET = 64  # points
@@ -60,15 +60,15 @@ def cells(transforms: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, float
 
 @compiled
 def sum_distances(
-    tree: Any,
-    points: Any,
-    rows: Any,
-    lower: Any,
+    tree: Tree,
+    points: NDArray[np.float64],
+    rows: NDArray[np.float64],
+    lower: NDArray[np.float64],
     scale: float,
     side: int,
     packet: Packet,
-    gaps: Any,
-) -> Any:
+    gaps: NDArray[np.float64],
+) -> NDArray[np.float64]:
     """Each transform's sum of the distances of all points [m], shape (N,).
 
     Args:
@@ -101,7 +101,13 @@ def sum_distances(
 
 
 @compiled
-def _by_cell(points: Any, rows: Any, lower: Any, scale: float, side: int) -> Any:
+def _by_cell(
+    points: NDArray[np.float64],
+    rows: NDArray[np.float64],
+    lower: NDArray[np.float64],
+    scale: float,
+    side: int,
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Numbers POSES * point + pose in the order of their cells, and where each cell's end."""
     cell = np.empty((len(points), rows.shape[1]), np.int32)
     ends = np.zeros(side**3, np.int64)
@@ -123,7 +129,13 @@ def _by_cell(points: Any, rows: Any, lower: Any, scale: float, side: int) -> Any
 
 @inlined_fast
 def _find_cells(
-    points: Any, rows: Any, point: int, lower: Any, scale: float, side: int, cell: Any
+    points: NDArray[np.float64],
+    rows: NDArray[np.float64],
+    point: int,
+    lower: NDArray[np.float64],
+    scale: float,
+    side: int,
+    cell: NDArray[np.int32],
 ) -> None:
     """The cell of one point in each pose, written to ``cell`` (N,)."""
     x, y, z = points[point, 0], points[point, 1], points[point, 2]
@@ -137,7 +149,9 @@ def _find_cells(
 
 
 @inlined_fast
-def _moved(rows: Any, pose: int, x: float, y: float, z: float) -> Any:
+def _moved(
+    rows: NDArray[np.float64], pose: int, x: float, y: float, z: float
+) -> tuple[float, float, float]:
     """One point in one pose."""
     return (
         rows[0, pose] * x + rows[1, pose] * y + rows[2, pose] * z + rows[3, pose],

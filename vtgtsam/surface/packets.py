@@ -22,13 +22,12 @@ So it may be left out where D' - D exceeds the largest (s - s').d + |d|^2 / (2 D
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
+from numpy.typing import NDArray
 
 from ..compiled import compiled, inlined, inlined_fast
 from .boxes import box_gaps, box_offset, children_wait
-from .tree import WIDTH
+from .tree import WIDTH, Tree
 from .triangles import Packet, offset, to_triangle, triangle_gaps
 
 SLACK = 1e-9  # relative: rounding must not leave out the nearest itself
@@ -36,7 +35,13 @@ SLACK = 1e-9  # relative: rounding must not leave out the nearest itself
 
 @compiled
 def nearest_to_packet(
-    tree: Any, packet: Packet, count: int, slot: int, stack: Any, bounds: Any, gaps: Any
+    tree: Tree,
+    packet: Packet,
+    count: int,
+    slot: int,
+    stack: NDArray[np.int64],
+    bounds: NDArray[np.float64],
+    gaps: NDArray[np.float64],
 ) -> int:
     """Squared distances of finite points that lie together, and the slot nearest to their middle.
 
@@ -93,7 +98,13 @@ def nearest_to_packet(
 
 
 @inlined
-def _needless(to_other: Any, least: float, direction: Any, half: Any, radius: float) -> bool:
+def _needless(
+    to_other: tuple[float, float, float],
+    least: float,
+    direction: tuple[float, float, float],
+    half: tuple[float, float, float],
+    radius: float,
+) -> bool:
     """The second bound above: ``to_other`` is D' s', ``least`` is D > 0, ``direction`` s, ``half`` h."""
     distance, (sx, sy, sz) = _length(to_other)
     turn = half[0] * abs(sx - direction[0])
@@ -102,7 +113,7 @@ def _needless(to_other: Any, least: float, direction: Any, half: Any, radius: fl
 
 
 @inlined
-def _length(vector: Any) -> Any:
+def _length(vector: tuple[float, float, float]) -> tuple[float, tuple[float, float, float]]:
     """Length and direction of a vector; one without length has the direction 0."""
     x, y, z = vector
     length = np.sqrt(x * x + y * y + z * z)
@@ -124,17 +135,17 @@ def _filled_up(packet: Packet, count: int) -> int:
 
 
 @inlined_fast
-def _limit(packet: Packet, count: int, radius: float) -> Any:
+def _limit(packet: Packet, count: int, radius: float) -> float:
     """(U + r)^2 of the first bound above."""
     largest = 0.0
     for n in range(count):
         largest = max(largest, packet.squared[n])
-    reach = (np.sqrt(largest) + radius) * (1 + SLACK)
+    reach: float = (np.sqrt(largest) + radius) * (1 + SLACK)
     return reach * reach
 
 
 @inlined_fast
-def _box(packet: Packet, count: int) -> Any:
+def _box(packet: Packet, count: int) -> tuple[float, float, float, float, float, float]:
     """Middle of the points' box and half its sides."""
     lx = ux = packet.x[0]
     ly = uy = packet.y[0]
@@ -147,10 +158,11 @@ def _box(packet: Packet, count: int) -> Any:
 
 
 @inlined_fast
-def _radius(packet: Packet, count: int, x: float, y: float, z: float) -> Any:
+def _radius(packet: Packet, count: int, x: float, y: float, z: float) -> float:
     """Largest distance of a point to (x, y, z)."""
     largest = 0.0
     for n in range(count):
         dx, dy, dz = packet.x[n] - x, packet.y[n] - y, packet.z[n] - z
         largest = max(largest, dx * dx + dy * dy + dz * dz)
-    return np.sqrt(largest)
+    radius: float = np.sqrt(largest)
+    return radius

@@ -10,18 +10,23 @@ unrolls the loops over it and then finds nothing to vectorise.
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
+from numpy.typing import NDArray
 
 from ..compiled import compiled
 from .boxes import STACK, box_gaps, children_wait
-from .tree import WIDTH
+from .tree import WIDTH, Tree
 from .triangles import triangle_gaps
 
 
 @compiled
-def distances(tree: Any, points: Any, start: Any, in_order: bool, gaps: Any) -> Any:
+def distances(
+    tree: Tree,
+    points: NDArray[np.float64],
+    start: NDArray[np.int64],
+    in_order: bool,
+    gaps: NDArray[np.float64],
+) -> NDArray[np.float64]:
     """Distances (N,) of points (N, 3), which try the slots ``start`` (N,) first and update them.
 
     With ``in_order`` each point but the first tries the slot found for the one before. NaN where a point is not
@@ -42,8 +47,15 @@ def distances(tree: Any, points: Any, start: Any, in_order: bool, gaps: Any) -> 
 
 @compiled
 def _nearest(
-    tree: Any, x: float, y: float, z: float, slot: int, stack: Any, bounds: Any, gaps: Any
-) -> Any:
+    tree: Tree,
+    x: float,
+    y: float,
+    z: float,
+    slot: int,
+    stack: NDArray[np.int64],
+    bounds: NDArray[np.float64],
+    gaps: NDArray[np.float64],
+) -> tuple[float, int]:
     """Squared distance of one finite point to the nearest triangle, and that triangle's slot.
 
     Args:

@@ -50,7 +50,7 @@ class Surface:
         if start is None:
             start = np.zeros(len(points), dtype=np.int64)
         gaps = np.empty(WIDTH)
-        return distances(self.tree, points, start, in_order, gaps)  # type: ignore[no-any-return]
+        return distances(self.tree, points, start, in_order, gaps)
 
     def mean_distances(self, points: np.ndarray, transforms: np.ndarray) -> np.ndarray:
         """Mean distance of moved points to their nearest triangles [m], for each transform, shape (N,).

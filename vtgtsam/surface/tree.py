@@ -9,6 +9,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 WIDTH = 8  # children to a box, triangles to a leaf
 
@@ -25,8 +26,8 @@ class Tree(NamedTuple):
         top: Number of the root's children.
     """
 
-    boxes: np.ndarray
-    triangles: np.ndarray
+    boxes: NDArray[np.float64]
+    triangles: NDArray[np.float64]
     top: int
 
 

@@ -11,9 +11,10 @@ the edge's length, and inward of it by dx v - dy u. That is a third of the work 
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..compiled import compiled, inlined, inlined_fast
 
@@ -28,10 +29,10 @@ class Packet(NamedTuple):
         squared: Squared distances to the nearest triangle found [m^2].
     """
 
-    x: np.ndarray
-    y: np.ndarray
-    z: np.ndarray
-    squared: np.ndarray
+    x: NDArray[np.float64]
+    y: NDArray[np.float64]
+    z: NDArray[np.float64]
+    squared: NDArray[np.float64]
 
 
 def empty_packet(size: int) -> Packet:
@@ -40,14 +41,16 @@ def empty_packet(size: int) -> Packet:
 
 
 @inlined_fast
-def triangle_gaps(rows: Any, x: float, y: float, z: float, gaps: Any) -> None:
+def triangle_gaps(
+    rows: NDArray[np.float64], x: float, y: float, z: float, gaps: NDArray[np.float64]
+) -> None:
     """Squared distances of one finite point to eight triangles, rows of ``Tree.triangles`` (19, 8)."""
     for n in range(len(gaps)):
         gaps[n] = _squared(_triangle(rows, n), x, y, z)
 
 
 @inlined_fast
-def to_triangle(rows: Any, place: int, packet: Packet, count: int) -> None:
+def to_triangle(rows: NDArray[np.float64], place: int, packet: Packet, count: int) -> None:
     """Squared distances of a packet's first ``count`` points to one triangle, where they are the least yet.
 
     Args:
@@ -66,7 +69,7 @@ def to_triangle(rows: Any, place: int, packet: Packet, count: int) -> None:
 
 
 @inlined
-def _triangle(rows: Any, n: int) -> Any:
+def _triangle(rows: NDArray[np.float64], n: int) -> tuple[float, ...]:
     """One triangle's column of its leaf's rows, as numbers."""
     return (
         rows[0, n],
@@ -92,7 +95,7 @@ def _triangle(rows: Any, n: int) -> Any:
 
 
 @inlined_fast
-def _squared(triangle: Any, x: float, y: float, z: float) -> Any:
+def _squared(triangle: tuple[float, ...], x: float, y: float, z: float) -> float:
     """Squared distance of a point to one triangle, the formula above."""
     wx, wy, wz, w0, ux, uy, uz, u0, vx, vy, vz, v0, ab, bcx, bcy, bc, acx, acy, ac = triangle
     w = x * wx + y * wy + z * wz - w0
@@ -114,7 +117,9 @@ def _squared(triangle: Any, x: float, y: float, z: float) -> Any:
 
 
 @compiled
-def offset(rows: Any, n: int, x: float, y: float, z: float) -> Any:
+def offset(
+    rows: NDArray[np.float64], n: int, x: float, y: float, z: float
+) -> tuple[float, float, float]:
     """Vector to a point from the nearest point of one triangle of eight, (3,)."""
     w = x * rows[0, n] + y * rows[1, n] + z * rows[2, n] - rows[3, n]
     u = x * rows[4, n] + y * rows[5, n] + z * rows[6, n] - rows[7, n]
@@ -139,7 +144,9 @@ def offset(rows: Any, n: int, x: float, y: float, z: float) -> Any:
 
 
 @inlined
-def _from_edge(u: float, v: float, dx: float, dy: float, length: float) -> Any:
+def _from_edge(
+    u: float, v: float, dx: float, dy: float, length: float
+) -> tuple[float, float, float]:
     """How far to the left of an edge from the origin (u, v) lies, and the vector from its nearest point."""
     along = u * dx + v * dy
     nearest = min(max(along, 0.0), length)

@@ -8,9 +8,8 @@ counted in depths: a ray's point at depth z is t_oc + z * direction.
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
+from numpy.typing import NDArray
 
 from ..compiled import compiled
 from ..sdf.kernels import trilinear
@@ -20,7 +19,12 @@ NOTHING, SURFACE, THROUGH, COVERED = 0, 1, 2, 3
 
 
 @compiled
-def depth_range(box: Any, origin: Any, direction: Any, width: float) -> Any:
+def depth_range(
+    box: NDArray[np.float64],
+    origin: NDArray[np.float64],
+    direction: NDArray[np.float64],
+    width: float,
+) -> tuple[float, float]:
     """Where a ray enters and leaves a box grown by ``width`` [m] a side; enter > leave: never."""
     enter, leave = 0.0, np.inf
     for axis in range(3):
@@ -35,7 +39,13 @@ def depth_range(box: Any, origin: Any, direction: Any, width: float) -> Any:
 
 
 @compiled
-def ray(camera: Any, R_oc: Any, u: float, v: float, direction: Any) -> None:
+def ray(
+    camera: NDArray[np.float64],
+    R_oc: NDArray[np.float64],
+    u: float,
+    v: float,
+    direction: NDArray[np.float64],
+) -> None:
     """Fill ``direction`` (3,) with the ray of a pixel, one unit of depth long, object frame."""
     x, y = (u - camera[2]) / camera[0], (v - camera[3]) / camera[1]
     for axis in range(3):
@@ -44,8 +54,14 @@ def ray(camera: Any, R_oc: Any, u: float, v: float, direction: Any) -> None:
 
 @compiled
 def trace(
-    values: Any, lower: Any, scale: Any, origin: Any, direction: Any, start: float, end: float
-) -> Any:
+    values: NDArray[np.float32],
+    lower: NDArray[np.float64],
+    scale: NDArray[np.float64],
+    origin: NDArray[np.float64],
+    direction: NDArray[np.float64],
+    start: float,
+    end: float,
+) -> float:
     """Depth at which a ray meets the surface, between two depths; inf where it passes by.
 
     Sphere tracing: the distance field says how far the ray may go on without meeting the surface. The
@@ -72,15 +88,15 @@ def trace(
 
 @compiled
 def trace_cone(
-    values: Any,
-    lower: Any,
-    scale: Any,
-    origin: Any,
-    direction: Any,
+    values: NDArray[np.float32],
+    lower: NDArray[np.float64],
+    scale: NDArray[np.float64],
+    origin: NDArray[np.float64],
+    direction: NDArray[np.float64],
     start: float,
     end: float,
     opening: float,
-) -> Any:
+) -> float:
     """Depth up to which a bundle of rays meets nothing; inf where none of them meets the surface.
 
     The bundle's rays are at most ``opening`` times the depth away from the ray given.
@@ -101,8 +117,14 @@ def trace_cone(
 
 @compiled
 def deepest(
-    values: Any, lower: Any, scale: Any, origin: Any, direction: Any, start: float, end: float
-) -> Any:
+    values: NDArray[np.float32],
+    lower: NDArray[np.float64],
+    scale: NDArray[np.float64],
+    origin: NDArray[np.float64],
+    direction: NDArray[np.float64],
+    start: float,
+    end: float,
+) -> float:
     """Where a ray is deepest inside the object, from its first surface point until it is out again.
 
     Where the camera sees through the modelled object, that is the point which has to come out of it.
@@ -125,7 +147,14 @@ def deepest(
 
 @compiled
 def render(
-    values: Any, lower: Any, scale: Any, box: Any, camera: Any, R_oc: Any, t_oc: Any, depth: Any
+    values: NDArray[np.float32],
+    lower: NDArray[np.float64],
+    scale: NDArray[np.float64],
+    box: NDArray[np.float64],
+    camera: NDArray[np.float64],
+    R_oc: NDArray[np.float64],
+    t_oc: NDArray[np.float64],
+    depth: NDArray[np.float64],
 ) -> None:
     """Fill ``depth`` (height, width) with the object's predicted depth [m], inf where it is not seen.
 
@@ -152,8 +181,14 @@ def render(
 
 @compiled
 def classify(
-    predicted: Any, depth: Any, hand: Any, sigma: float, limits: Any, size: int, kind: Any
-) -> Any:
+    predicted: NDArray[np.float64],
+    depth: NDArray[np.float64],
+    hand: NDArray[np.bool_],
+    sigma: float,
+    limits: NDArray[np.float64],
+    size: int,
+    kind: NDArray[np.uint8],
+) -> float:
     """Say what each pixel tells about the object, from the predicted and the measured depth [m].
 
     A pixel whose two depths differ by more than the first limit is decided by itself. A fingertip that lies
@@ -210,20 +245,20 @@ def classify(
 
 @compiled
 def accumulate(
-    values: Any,
-    lower: Any,
-    scale: Any,
-    camera: Any,
-    R_oc: Any,
-    t_oc: Any,
-    depth: Any,
-    predicted: Any,
-    kind: Any,
+    values: NDArray[np.float32],
+    lower: NDArray[np.float64],
+    scale: NDArray[np.float64],
+    camera: NDArray[np.float64],
+    R_oc: NDArray[np.float64],
+    t_oc: NDArray[np.float64],
+    depth: NDArray[np.float64],
+    predicted: NDArray[np.float64],
+    kind: NDArray[np.uint8],
     sigma: float,
     grazing: float,
     cutoff: float,
-    information: Any,
-    gradient: Any,
+    information: NDArray[np.float64],
+    gradient: NDArray[np.float64],
 ) -> None:
     """Add the normal equations of all pixels, for a right perturbation [rotation, translation].
 

@@ -8,8 +8,10 @@ from vtgtsam.compiled.stale import drop_stale
 def package(tmp_path):
     (tmp_path / "sub" / "__pycache__").mkdir(parents=True)
     (tmp_path / "sub" / "caller.py").write_text("@compiled\ndef f(): ...\n")
+    (tmp_path / "sub" / "numbers.py").write_text("SIZE = 8\n")
+    (tmp_path / "more").mkdir()
     (tmp_path / "callee.py").write_text("@inlined\ndef g(): return 1\n")
-    (tmp_path / "other.py").write_text("def h(): ...\n")
+    (tmp_path / "more" / "other.py").write_text("def h(): ...\n")
     drop_stale(tmp_path)
     return tmp_path
 
@@ -22,7 +24,7 @@ def machine_code(package):
 
 def test_machine_code_stays_while_its_sources_do(package):
     file = machine_code(package)
-    (package / "other.py").write_text("def h(): return 2\n")  # nothing compiled in it
+    (package / "more" / "other.py").write_text("def h(): return 2\n")  # nothing compiled there
     drop_stale(package)
     assert file.exists()
 
@@ -35,6 +37,13 @@ def test_a_change_of_what_is_called_lets_go_of_the_callers_machine_code(package)
     file = machine_code(package)
     drop_stale(package)
     assert file.exists()
+
+
+def test_a_change_of_a_number_beside_compiled_functions_lets_go_of_it_too(package):
+    file = machine_code(package)
+    (package / "sub" / "numbers.py").write_text("SIZE = 4\n")
+    drop_stale(package)
+    assert not file.exists()
 
 
 def test_a_folder_that_cannot_be_written_to_is_left_alone(package, monkeypatch):
