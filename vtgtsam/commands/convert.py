@@ -8,7 +8,16 @@ from typing import Annotated
 
 import typer
 
-from .options import Force, Hand, Object, Topics, refuse_existing
+from .options import (
+    Force,
+    Hand,
+    Object,
+    ObjectResolution,
+    ObjectSymmetry,
+    Topics,
+    object_given,
+    refuse_existing,
+)
 
 
 def convert(
@@ -19,13 +28,17 @@ def convert(
     topics: Topics = None,
     hand: Hand = None,
     object: Object = None,
+    resolution: ObjectResolution = None,
+    symmetry: ObjectSymmetry = None,
     force: Force = False,
 ) -> None:
     """Turn another robot's bag into a recording with hand and object inside."""
     from ..recording.convert import convert_bag
 
     refuse_existing(out, force, bag)
-    converted = convert_bag(bag, out, topics=topics, hand=hand, object=object)
+    converted = convert_bag(
+        bag, out, topics=topics, hand=hand, object=object_given(object, resolution, symmetry)
+    )
     for warning in converted.warnings:
         typer.echo(f"warning: {warning}", err=True)
     counts = ", ".join(_counted(*item) for item in converted.counts.items())

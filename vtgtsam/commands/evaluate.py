@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from .options import Hand, Object, Topics
+from .options import Hand, Object, ObjectResolution, ObjectSymmetry, Topics, object_given
 
 SOME_FAILED = 3
 INTERRUPTED = 130  # 128 + SIGINT, as shells count
@@ -43,6 +43,8 @@ def evaluate(
     topics: Topics = None,
     hand: Hand = None,
     object: Object = None,
+    resolution: ObjectResolution = None,
+    symmetry: ObjectSymmetry = None,
     force: Annotated[
         bool,
         typer.Option(
@@ -77,7 +79,7 @@ def evaluate(
                 jobs,
                 scheduler,
                 hand,
-                object,
+                object_given(object, resolution, symmetry),
                 topics,
                 force,
                 progress=progress,

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from .options import Hand, Object, Topics
+from .options import Hand, Object, ObjectResolution, ObjectSymmetry, Topics, object_given
 
 HAS_PROBLEMS = 1
 
@@ -20,6 +20,8 @@ def inspect(
     topics: Topics = None,
     hand: Hand = None,
     object: Object = None,
+    resolution: ObjectResolution = None,
+    symmetry: ObjectSymmetry = None,
 ) -> None:
     """Say what is in a recording: streams, rates, gaps, the object's size, problems.
 
@@ -29,8 +31,9 @@ def inspect(
     from ..recording.inspect import inspect_recording
 
     sound = True
+    shown = object_given(object, resolution, symmetry)
     for recording in find_recordings([path]).values():
-        found = inspect_recording(recording, hand, topics, object)
+        found = inspect_recording(recording, hand, topics, shown)
         sound &= not found.problems
         for line in found.lines():
             typer.echo(line)

@@ -5,9 +5,12 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
+
+if TYPE_CHECKING:
+    from ..objects import ObjectModel
 
 
 def positive(value: float) -> float:
@@ -61,3 +64,30 @@ Hand = Annotated[
 Object = Annotated[
     str | None, typer.Option(help="Object instead of the recording's: a name or a mesh file.")
 ]
+ObjectResolution = Annotated[
+    int | None,
+    typer.Option(
+        "--resolution", min=2, help="Nodes of the object's distance field a side. [default: 128]"
+    ),
+]
+ObjectSymmetry = Annotated[
+    str | None,
+    typer.Option(
+        "--symmetry",
+        help="The object's symmetry: x, y or z (any turn about that axis), none, or BOP's entry as JSON or in "
+        "a file, like models_info.json#5.",
+    ),
+]
+
+
+def object_given(
+    name: str | None, resolution: int | None, symmetry: str | None
+) -> ObjectModel | str | None:
+    """The object that a command line names, loaded where it says more than the name."""
+    if resolution is None and symmetry is None:
+        return name
+    if name is None:
+        raise typer.BadParameter("goes with --object", param_hint="--resolution or --symmetry")
+    from ..objects import load_object
+
+    return load_object(name, resolution=resolution or 128, symmetry=symmetry)

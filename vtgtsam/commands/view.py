@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from .options import Hand, Object, Topics
+from .options import Hand, Object, ObjectResolution, ObjectSymmetry, Topics, object_given
 
 
 def view(
@@ -22,6 +22,8 @@ def view(
     topics: Topics = None,
     hand: Hand = None,
     object: Object = None,
+    resolution: ObjectResolution = None,
+    symmetry: ObjectSymmetry = None,
 ) -> None:
     """Show a recording in Rerun: hand, pads, object at truth and estimates, images, errors."""
     from ..evaluation.find import find_recordings
@@ -40,7 +42,9 @@ def view(
             f"{', '.join(str(file) for file in list(found.values())[:3])}, ..."
         )
     ((name, file),) = found.items()
-    recording = read_recording(file, hand=hand, object=object, topics=topics)
+    recording = read_recording(
+        file, hand=hand, object=object_given(object, resolution, symmetry), topics=topics
+    )
     if estimates is None:
         frames, tracks = recorded_tracks(recording)
     else:

@@ -15,6 +15,7 @@ import numpy as np
 from ..hands.model import load_hand
 from ..hands.pad_file import is_pad_file
 from ..hands.pads import PadSet
+from ..mesh import symmetry
 from ..objects import ObjectModel
 from ..recording import Recording, TopicMap, load_topics, read_recording
 from ..recording.topics import ObjectFile
@@ -96,11 +97,20 @@ def _of_hand(hand: PadSet | str | None) -> str | None:
 def _of_object(obj: ObjectModel | ObjectFile | str | None) -> str | None:
     if isinstance(obj, ObjectModel):
         mesh = () if obj.mesh is None else (obj.mesh.vertices, obj.mesh.faces)
-        symmetry = json.dumps(obj.symmetry)
-        return _hash(obj.name, symmetry, obj.sdf.values, obj.sdf.lower, obj.sdf.upper, *mesh)
+        return _hash(
+            obj.name, json.dumps(obj.symmetry), obj.sdf.values, obj.sdf.lower, obj.sdf.upper, *mesh
+        )
     if isinstance(obj, ObjectFile):
-        return f"{obj.model_dump_json()} {_of_name(obj.mesh)}"
-    return _of_name(obj)
+        file = obj.symmetry.partition("#")[0] if isinstance(obj.symmetry, str) else None
+        return f"{obj.model_dump_json()} {_of_mesh(obj.mesh)} {_of_name(file)}"
+    return _of_mesh(obj)
+
+
+def _of_mesh(name: str | None) -> str | None:
+    """A mesh file's content with that of the symmetries beside it."""
+    if name is None or not Path(name).is_file():
+        return name
+    return f"{_of_name(name)} {_of_name(str(Path(name).parent / symmetry.FILE))}"
 
 
 def _of_name(name: str | None) -> str | None:

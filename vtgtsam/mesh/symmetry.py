@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +25,9 @@ DISCRETE, CONTINUOUS = "symmetries_discrete", "symmetries_continuous"
 TOLERANCE = 1e-3  # of a rotation's entries: files give a few digits
 
 
-def read_symmetry(source: Symmetry | str | Path, center: np.ndarray) -> Symmetry | None:
+def read_symmetry(
+    source: Symmetry | str | Path, center: np.ndarray | Sequence[float] = (0.0, 0.0, 0.0)
+) -> Symmetry | None:
     """The symmetry that a caller gave, in BOP's form.
 
     Args:

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from ..objects import ObjectModel
 
 
+RESOLUTION = 128  # of an object's field where a recording says nothing
 ATTACHED_MESHES = (".obj", ".ply", ".stl", ".off", ".glb")  # formats that need no other file
 
 
@@ -38,6 +39,9 @@ def object_metadata(obj: ObjectModel) -> dict[str, str]:
         "object_scale": repr(obj.scale),
         "object_origin": " ".join(repr(float(x)) for x in obj.origin),
     }
+    nodes = len(obj.sdf.values)
+    if nodes != RESOLUTION:
+        entries["object_resolution"] = str(nodes)
     if obj.symmetry is not None:
         entries["object_symmetry"] = json.dumps(obj.symmetry, sort_keys=True)
     return entries
@@ -107,10 +111,11 @@ def find_object(info: Mapping[str, str], attachments: Mapping[str, bytes]) -> Ob
             "give object= (--object), a name or a mesh file"
         )
     scale, origin = _number(info, "object_scale", 1.0), _origin(info)
+    resolution = int(_number(info, "object_resolution", RESOLUTION))
     if attached is None:
         if info["object"] not in CATALOGUE:
             _refuse_path("object", info["object"])
-        return load_object(info["object"], scale=scale, origin=origin)
+        return load_object(info["object"], scale=scale, origin=origin, resolution=resolution)
     suffix, data = attached
     if suffix.lower() not in ATTACHED_MESHES:
         raise RecordingError(
@@ -120,7 +125,7 @@ def find_object(info: Mapping[str, str], attachments: Mapping[str, bytes]) -> Ob
     with tempfile.TemporaryDirectory() as folder, reading("the attached mesh", MeshError):
         file = Path(folder) / f"{names.OBJECT_ATTACHMENT}{suffix.lower()}"
         file.write_bytes(data)
-        obj = load_object(file, scale=scale, origin=origin)
+        obj = load_object(file, scale=scale, origin=origin, resolution=resolution)
     name = plain(Path(info.get("object", "") or names.OBJECT_ATTACHMENT).stem, 80)
     return dataclasses.replace(obj, name=name, symmetry=_symmetry(info), source=None)
 
@@ -135,13 +140,18 @@ def _refuse_path(what: str, name: str) -> None:
 
 
 def _symmetry(info: Mapping[str, str]) -> dict[str, Any] | None:
+    from ..mesh.symmetry import read_symmetry
+
     if "object_symmetry" not in info:
         return None
     what = "metadata 'object_symmetry'"
     symmetry = parse_json(info["object_symmetry"], what, RecordingError)
     if symmetry is not None and not isinstance(symmetry, dict):
         raise RecordingError(f"{what} must be an object's entry of BOP's models_info.json")
-    return symmetry
+    try:
+        return None if symmetry is None else read_symmetry(symmetry)
+    except MeshError as error:
+        raise RecordingError(f"{what}: {error}") from None
 
 
 def _attached(attachments: Mapping[str, bytes], stem: str) -> tuple[str, bytes] | None:

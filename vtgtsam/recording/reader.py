@@ -166,7 +166,7 @@ def _object(
         obj = topic_map.object if not isinstance(topic_map.object, ObjectFile) else None
         if isinstance(topic_map.object, ObjectFile):
             entry = topic_map.object
-            return load_object(entry.mesh, scale=entry.scale, origin=entry.origin)
+            return load_object(entry.mesh, **entry.model_dump(exclude={"mesh"}))
     if obj is None:
         return find_object(info, attachments)
     return load_object(obj) if isinstance(obj, str | Path) else obj

@@ -7,7 +7,7 @@ that is not mentioned is looked for under this package's own name::
     hand: my_hand.xml            # name or MJCF/URDF path, relative to this file
     pads: "skin_*"               # which of its box sites are pads; "pad_*" where not given; or a YAML
                                  # file of pads, relative to this file
-    object: my_mug.obj           # name or mesh path; or {mesh:, scale:, origin:}
+    object: my_mug.obj           # name or mesh path; or {mesh:, scale:, origin:, resolution:, symmetry:}
     topics:
       joints: /robot/joint_states
       contacts: {topic: /skin/values, names: [pad_a, pad_b], threshold: 0.15}   # of the raw value; or
@@ -116,11 +116,21 @@ class VisionTopic(_Model):
 
 
 class ObjectFile(_Model):
-    """A mesh file and how it becomes object coordinates: p_o = scale * p_file - origin [m]."""
+    """A mesh file and how it becomes object coordinates: p_o = scale * p_file - origin [m].
+
+    Attributes:
+        mesh: The file; or a distance field's .npz, where no metrics are wanted.
+        scale: Metres per unit of the file.
+        origin: Of the object frame [m].
+        resolution: Nodes along each side of the distance field.
+        symmetry: What ``load_object`` takes: an axis, an entry of BOP's file, or a file with one.
+    """
 
     mesh: str
     scale: Annotated[FiniteFloat, Field(gt=0)] = 1.0
     origin: tuple[FiniteFloat, FiniteFloat, FiniteFloat] | Literal["center"] | None = None
+    resolution: Annotated[int, Field(ge=2)] = 128
+    symmetry: dict[str, Any] | str | None = None
 
 
 def _from_topic_name(value: Any) -> Any:
@@ -221,10 +231,15 @@ def _with_paths_from(topic_map: TopicMap, folder: Path) -> TopicMap:
     def found(name: str) -> str:
         return str(folder / name) if (folder / name).is_file() else name
 
+    def found_symmetry(text: str) -> str:
+        name, mark, number = text.partition("#")
+        return found(name) + mark + number
+
     hand = topic_map.hand and found(topic_map.hand)
     obj = topic_map.object
     if isinstance(obj, str):
         obj = found(obj)
     elif obj is not None:
-        obj = obj.model_copy(update={"mesh": found(obj.mesh)})
+        more = {"symmetry": found_symmetry(obj.symmetry)} if isinstance(obj.symmetry, str) else {}
+        obj = obj.model_copy(update={"mesh": found(obj.mesh), **more})
     return topic_map.model_copy(update={"hand": hand, "pads": found(topic_map.pads), "object": obj})

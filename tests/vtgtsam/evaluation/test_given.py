@@ -79,3 +79,20 @@ def test_a_recording_is_read_with_what_was_given(folder):
 def test_a_map_that_cannot_be_read_is_said(tmp_path):
     with pytest.raises(RecordingError, match="missing.yaml"):
         Given.of(None, None, tmp_path / "missing.yaml")
+
+
+def test_the_digest_follows_pads_files_and_symmetries(folder):
+    pads = "pads: [{name: a, body: base, pos: [0, 0, 0], normal: +x, size: [0.02, %s]}]"
+    (folder / "pads.yaml").write_text(pads % 0.02)
+    (folder / "one.json").write_text('{"symmetries_continuous": [{"axis": [0, 0, 1]}]}')
+    (folder / "map.yaml").write_text(
+        MAP.replace("scale: 0.001", "scale: 0.001, symmetry: one.json") + "pads: pads.yaml\n"
+    )
+    digests = [digest(topics=folder / "map.yaml")]
+    (folder / "pads.yaml").write_text(pads % 0.03)
+    digests.append(digest(topics=folder / "map.yaml"))
+    (folder / "one.json").write_text('{"symmetries_continuous": [{"axis": [0, 1, 0]}]}')
+    digests.append(digest(topics=folder / "map.yaml"))
+    (folder / "models_info.json").write_text("{}")
+    digests.append(digest(topics=folder / "map.yaml"))
+    assert len(set(digests)) == 4

@@ -211,3 +211,23 @@ def test_a_bag_is_not_written_over(tmp_path, topic_map):
     with pytest.raises(RecordingError, match="is the bag itself"):
         convert_bag(bag, bag, topics=topic_map)
     assert bag.read_bytes() == content
+
+
+def test_resolution_and_symmetry_of_an_object_go_into_the_recording(
+    tmp_path, topic_map, monkeypatch, capsys
+):
+    bag = next(iter(WRITERS.values()))(tmp_path / "bag")
+    out = tmp_path / "out.mcap"
+    arguments = ["vtgtsam", "convert", str(bag), "--topics", str(topic_map), "--out", str(out)]
+    more = ["--object", "ball", "--resolution", "24", "--symmetry", "z"]
+    monkeypatch.setattr(sys, "argv", arguments + more)
+    with pytest.raises(SystemExit) as done:
+        cli.main()
+    assert not done.value.code
+    obj = read_recording(out).object
+    assert obj.sdf.values.shape == (24, 24, 24)
+    assert obj.symmetry["symmetries_continuous"][0]["axis"] == [0, 0, 1]
+    monkeypatch.setattr(sys, "argv", [*arguments, "--force", "--symmetry", "z"])
+    with pytest.raises(SystemExit) as done:
+        cli.main()
+    assert done.value.code == 2 and "goes with --object" in capsys.readouterr().err

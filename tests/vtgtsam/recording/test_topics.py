@@ -78,3 +78,19 @@ def test_a_map_with_a_mistake_is_refused_in_one_sentence_that_names_it(tmp_path,
 def test_a_map_that_does_not_exist_is_refused(tmp_path):
     with pytest.raises(RecordingError, match="cannot read the topic map .*No such file"):
         load_topics(tmp_path / "nothing.yaml")
+
+
+def test_pads_files_and_symmetry_files_are_relative_to_the_map_and_numbers_are_names(tmp_path):
+    for name in ("pads.yaml", "models_info.json", "my.ply"):
+        (tmp_path / name).write_text("")
+    topic_map = load(
+        tmp_path,
+        "pads: pads.yaml\nobject: {mesh: my.ply, resolution: 200, symmetry: 'models_info.json#5'}\n"
+        "topics: {joints: /j, contacts: {topic: /c, names: [0, 1, tip]}}",
+    )
+    assert topic_map.pads == str(tmp_path / "pads.yaml")
+    assert topic_map.object.symmetry == str(tmp_path / "models_info.json") + "#5"
+    assert topic_map.object.resolution == 200
+    assert topic_map.topics.contacts.names == ("0", "1", "tip")
+    axis = load(tmp_path, f"object: {{mesh: my.ply, symmetry: z}}\n{NEEDED % ''}").object
+    assert axis.symmetry == "z"
