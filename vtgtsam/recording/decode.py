@@ -35,6 +35,13 @@ class Arrivals:
         """Median time from stamp to receipt [s]."""
         return float(np.median(self.received_ns - self.stamps_ns)) / 1e9
 
+    @property
+    def delay_change(self) -> float:
+        """By how much that time is longer in the last fifth of the messages than in the first [s]."""
+        delays = self.received_ns - self.stamps_ns
+        fifth = max(len(delays) // 5, 1)
+        return float(np.median(delays[-fifth:]) - np.median(delays[:fifth])) / 1e9
+
 
 @dataclass(frozen=True, eq=False)
 class Decoded:

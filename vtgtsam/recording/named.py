@@ -74,7 +74,10 @@ def read_contacts(
     entry: ContactsTopic, bag: Sequence[BagMessage], warnings: list[str]
 ) -> NamedStream | None:
     """Contact bits (0 or 1) by pad name, or None where there are none that can be used."""
-    if bag and not any(message.msgtype == messages.TACTILE_PADS for message in bag):
+    types = {message.msgtype for message in bag}
+    if messages.JOINT_STATE in types:
+        return _effort_stream(entry, bag, warnings)
+    if bag and messages.TACTILE_PADS not in types:
         return _array_stream(entry, bag, warnings)
     decoded = decode(entry.topic, bag, (messages.TACTILE_PADS,), warnings)
     samples: list[Sample] = []
@@ -87,11 +90,28 @@ def read_contacts(
     return _stream(samples, entry.topic, decoded.arrivals, warnings)
 
 
+def _effort_stream(
+    entry: ContactsTopic, bag: Sequence[BagMessage], warnings: list[str]
+) -> NamedStream | None:
+    """Contact bits of JointState messages, whose names are pads and whose efforts what they feel."""
+    decoded = decode(entry.topic, bag, (messages.JOINT_STATE,), warnings)
+    if entry.threshold is None:
+        raise RecordingError(
+            f"topic {entry.topic} has type {messages.JOINT_STATE}; say in the topic map from which effort on "
+            "a pad is in contact: contacts: {topic: ..., threshold: ...}"
+        )
+    samples = [
+        (stamp, tuple(message.name), _bits(message.effort, entry.threshold))
+        for stamp, message in decoded.entries
+    ]
+    return _stream(samples, entry.topic, decoded.arrivals, warnings)
+
+
 def _array_stream(
     entry: ContactsTopic, bag: Sequence[BagMessage], warnings: list[str]
 ) -> NamedStream | None:
     """Contact bits of a topic of bare arrays, whose names and threshold the map has to give."""
-    expected = (messages.TACTILE_PADS, *_FLOAT_ARRAYS, _BYTE_ARRAY)
+    expected = (messages.TACTILE_PADS, messages.JOINT_STATE, *_FLOAT_ARRAYS, _BYTE_ARRAY)
     decoded = decode(entry.topic, bag, expected, warnings)
     msgtype = bag[0].msgtype
     if entry.names is None:

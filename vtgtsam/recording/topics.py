@@ -87,7 +87,8 @@ class ContactsTopic(_Model):
     """Where the contact bits are.
 
     Attributes:
-        topic: A topic of TactilePads, Float32MultiArray, Float64MultiArray or UInt8MultiArray.
+        topic: A topic of TactilePads, Float32MultiArray, Float64MultiArray, UInt8MultiArray, or JointState
+            with pads as names and what they feel as efforts.
         names: The pads' names in the order of an array's values.
         threshold: A value at or above it is a contact. Needed for arrays of floats, in their own
             unit; 1 where not given for UInt8MultiArray; TactilePads carry their own bits unless a

@@ -22,6 +22,7 @@ BEHIND = 0.1  # [s], joints, pads and motion capture take less
 VISION_BEHIND = 1.0  # [s], a tracker takes less
 STEP_PERIODS = 5  # a step back by fewer usual periods is a message that came late
 STEP = 0.05  # [s]
+DRIFT = 0.1  # [s], from the first fifth of a recording to the last
 MOST_STEPS = 3  # of one clock that is set; more are messages out of order
 
 
@@ -53,7 +54,8 @@ def check_clocks(evidence: Evidence) -> Iterator[Finding]:
 
 
 def check_clock_steps(evidence: Evidence) -> Iterator[Finding]:
-    """Topics whose stamps go back and then on from there, through a time that they had already told."""
+    """Topics whose stamps go back through a time that they had already told, or leave the others' time."""
+    yield from _drifts(evidence)
     for topic, arrivals in _arrivals(evidence):
         for back, at in _steps_back(arrivals.stamps_ns / 1e9):
             yield Finding(
@@ -61,6 +63,27 @@ def check_clock_steps(evidence: Evidence) -> Iterator[Finding]:
                 f"the stamps of {topic} step back by {back:.2f} s at {at:.2f} s and go on from there, so "
                 "that two periods lie over each other; use what was recorded before or after it, or "
                 "record again",
+                "problem",
+                topic,
+            )
+
+
+def _drifts(evidence: Evidence) -> Iterator[Finding]:
+    """Topics whose time from stamp to receipt changes while the joints' stays, by a step or little by little."""
+    changes = {
+        topic: arrivals.delay_change
+        for topic, arrivals in _arrivals(evidence)
+        if len(arrivals.stamps_ns) >= 4 * FEWEST
+    }
+    joints = changes.get(evidence.topics.joints, 0.0)
+    for topic, change in changes.items():
+        more = change - joints
+        if abs(more) > DRIFT:
+            yield Finding(
+                "clocks drift apart",
+                f"from begin to end the stamps of {topic} {'fall behind' if more > 0 else 'run ahead of'} those "
+                f"of {evidence.topics.joints} by {abs(more):.2f} s; the two clocks are not synchronised, or "
+                "one was set in between",
                 "problem",
                 topic,
             )

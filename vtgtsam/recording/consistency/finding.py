@@ -9,6 +9,7 @@ from typing import Literal
 What = Literal[
     "clocks differ",
     "clock steps back",
+    "clocks drift apart",
     "two publishers of one name",
     "frames differ",
     "joint beyond its range",
