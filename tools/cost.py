@@ -118,13 +118,15 @@ def longer(recording: Path, times: int, folder: Path) -> Path:
 
     folder.mkdir()
     original = read_recording(recording)
-    entries = sorted(entries_of(original), key=lambda entry: entry[0])
-    length_ns = entries[-1][0] - entries[0][0] + 10**7
+    entries = sorted(entries_of(original), key=lambda entry: entry.stamp_ns)
+    length_ns = entries[-1].stamp_ns - entries[0].stamp_ns + 10**7
     hand, mesh = original.hand.xml, mesh_file(original.object)
     with RecordingWriter(folder / "long.mcap", original.info, hand_xml=hand, mesh=mesh) as writer:
         for turn in range(times):
-            for stamp, _, write in entries:
-                write(writer, (stamp + turn * length_ns) / 1e9)
+            for entry in entries:
+                later = turn * length_ns
+                instants = (entry.stamp_ns + later) / 1e9, (entry.known_ns + later) / 1e9
+                entry.write(writer, *instants)
     return folder
 
 

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
 """Another robot's bag as a recording of our own format, with its hand and object inside.
 
-What is written is what was read: poses of the object in the world, at the instants of their images;
-contact bits in the place of raw values. Images are left out.
+What is written is what was read: poses of the object in the world, at the instants of their images, logged
+when they became known; contact bits in the place of raw values. Images are left out.
 """
 
 from __future__ import annotations
@@ -11,12 +11,14 @@ import os
 from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from ..exceptions import RecordingError
+from . import names
 from .named import NamedStream
 from .poses import PoseStream
 from .provenance import mesh_file, object_metadata
@@ -33,9 +35,21 @@ if TYPE_CHECKING:
 
 _RATE = 30.0  # [Hz], at which a bag without visual poses is tried
 
-Entry = tuple[
-    int, str, Callable[[RecordingWriter, float], None]
-]  # stamp [ns], what, how to write it
+
+class Entry(NamedTuple):
+    """A message to write.
+
+    Attributes:
+        stamp_ns: The instant it is of [ns].
+        what: What it is, in words.
+        write: Writes it; called with the writer and both instants [s].
+        known_ns: When it became known, by the clock of the stamps [ns].
+    """
+
+    stamp_ns: int
+    what: str
+    write: Callable[[RecordingWriter, float, float], None]
+    known_ns: int
 
 
 @dataclass(frozen=True)
@@ -76,14 +90,14 @@ def convert_bag(
     recording = read_recording(bag, hand=hand, object=object, topics=topics)
     # Whatever keeps the estimator from using the bag is an error here, before anything is written.
     recording.measurements(rate=_RATE if recording.visual_poses is None else "vision")
-    entries = sorted(entries_of(recording), key=lambda entry: entry[0])
-    kept = [entry for entry in entries if entry[0] >= 0]
+    entries = sorted(entries_of(recording), key=lambda entry: (entry.known_ns, entry.stamp_ns))
+    kept = [entry for entry in entries if min(entry.stamp_ns, entry.known_ns) >= 0]
     if len(kept) < len(entries):
         recording.warn(
             [f"{len(entries) - len(kept)} messages are left out, which belong before time 0"]
         )
     _write(out, recording, kept)
-    return Converted(dict(Counter(what for _, what, _ in kept)), list(recording.warnings))
+    return Converted(dict(Counter(entry.what for entry in kept)), list(recording.warnings))
 
 
 def _write(out: Path, recording: Recording, entries: list[Entry]) -> None:
@@ -92,13 +106,14 @@ def _write(out: Path, recording: Recording, entries: list[Entry]) -> None:
         "hand": recording.hand.name,
         "tracker": recording.topics.vision.topic,
         "converted_from": recording.path.name,
+        names.VISUAL_COVARIANCE: "tracker",
     }
     mesh = None if recording.object.mesh is None else mesh_file(recording.object)
     part = out.with_name(f".{out.name}.part")
     try:
         with RecordingWriter(part, metadata, hand_xml=recording.hand.xml, mesh=mesh) as writer:
-            for stamp, _, write in entries:
-                write(writer, stamp / 1e9)
+            for entry in entries:
+                entry.write(writer, entry.stamp_ns / 1e9, entry.known_ns / 1e9)
         os.replace(part, out)
     finally:
         part.unlink(missing_ok=True)
@@ -108,37 +123,46 @@ def entries_of(recording: Recording) -> Iterator[Entry]:
     """All that a recording holds, stream by stream, ready to be written."""
     streams = recording.streams
     assert streams.joints is not None and streams.contacts is not None  # measurements needed them
+    # The recorder's clock may be another than the robot's: what counts is how much later than joints.
+    arrivals = streams.joints.arrivals
+    delay_ns = 0 if arrivals is None else round(arrivals.delay * 1e9)
     yield from _joint_states(streams.joints)
     yield from _contacts(streams.contacts, recording.hand.pad_names)
-    yield from _poses(streams.hand_pose, "poses of the hand", RecordingWriter.hand_pose)
-    yield from _poses(streams.camera_pose, "poses of the camera", RecordingWriter.camera_pose)
-    yield from _poses(streams.truth, "true poses", RecordingWriter.truth)
-    yield from _poses(streams.estimate, "estimated poses", RecordingWriter.estimate)
+    yield from _poses(streams.hand_pose, delay_ns, "poses of the hand", RecordingWriter.hand_pose)
+    yield from _poses(
+        streams.camera_pose, delay_ns, "poses of the camera", RecordingWriter.camera_pose
+    )
+    yield from _poses(streams.truth, delay_ns, "true poses", RecordingWriter.truth)
+    yield from _poses(streams.estimate, delay_ns, "estimated poses", RecordingWriter.estimate)
     if streams.vision is not None:
-        yield from _visual_poses(streams.vision)
+        yield from _visual_poses(streams.vision, delay_ns)
 
 
 def _joint_states(stream: NamedStream) -> Iterator[Entry]:
-    for names, times, table in _publishers(stream, tuple(stream.columns)):
+    for joints, times, table in _publishers(stream, tuple(stream.columns)):
         for stamp, row in zip(times.tolist(), table, strict=True):
-            yield stamp, "joint states", _joint_state(names, row)
+            write = partial(_write_joints, names=joints, row=row)
+            yield Entry(stamp, "joint states", write, stamp)
 
 
-def _joint_state(
-    names: tuple[str, ...], row: np.ndarray
-) -> Callable[[RecordingWriter, float], None]:
-    return lambda writer, time: writer.joint_states(time, names, row)
+def _write_joints(
+    writer: RecordingWriter, time: float, known: float, *, names: tuple[str, ...], row: np.ndarray
+) -> None:
+    writer.joint_states(time, names, row, received=known)
 
 
 def _contacts(stream: NamedStream, pads: tuple[str, ...]) -> Iterator[Entry]:
-    for names, times, table in _publishers(stream, pads):
+    for some, times, table in _publishers(stream, pads):
         for stamp, row in zip(times.tolist(), table, strict=True):
-            yield stamp, "contacts", _pad_state(names, row)
+            write = partial(_write_contacts, names=some, row=row)
+            yield Entry(stamp, "contacts", write, stamp)
 
 
-def _pad_state(names: tuple[str, ...], row: np.ndarray) -> Callable[[RecordingWriter, float], None]:
+def _write_contacts(
+    writer: RecordingWriter, time: float, known: float, *, names: tuple[str, ...], row: np.ndarray
+) -> None:
     # A bag's values have a unit of their own, or none: what is sure of the pressure is the contact.
-    return lambda writer, time: writer.tactile(time, names, row, row > 0.5)
+    writer.tactile(time, names, row, row > 0.5, received=known)
 
 
 def _publishers(
@@ -155,32 +179,57 @@ def _publishers(
 
 def _poses(
     stream: PoseStream | None,
+    delay_ns: int,
     what: str,
-    write: Callable[[RecordingWriter, float, gtsam.Pose3], None],
+    write: Callable[[RecordingWriter, float, gtsam.Pose3, float], None],
 ) -> Iterator[Entry]:
     if stream is None:
         return
-    for stamp, pose in zip(stream.times_ns.tolist(), stream.poses, strict=True):
-        yield stamp, what, _pose(write, pose)
+    for stamp, pose, known in zip(
+        stream.times_ns.tolist(), stream.poses, _known_ns(stream, delay_ns), strict=True
+    ):
+        yield Entry(stamp, what, partial(_write_pose, write=write, pose=pose), known)
 
 
-def _pose(
-    write: Callable[[RecordingWriter, float, gtsam.Pose3], None], pose: gtsam.Pose3
-) -> Callable[[RecordingWriter, float], None]:
-    return lambda writer, time: write(writer, time, pose)
+def _write_pose(
+    writer: RecordingWriter,
+    time: float,
+    known: float,
+    *,
+    write: Callable[[RecordingWriter, float, gtsam.Pose3, float], None],
+    pose: gtsam.Pose3,
+) -> None:
+    write(writer, time, pose, known)
 
 
-def _visual_poses(stream: PoseStream) -> Iterator[Entry]:
+def _known_ns(stream: PoseStream, delay_ns: int) -> list[int]:
+    """When each pose became known, by the clock of the joints' stamps [ns]."""
+    if stream.received_ns is None:
+        return [int(stamp) for stamp in stream.times_ns]
+    return [int(received) - delay_ns for received in stream.received_ns]
+
+
+def _visual_poses(stream: PoseStream, delay_ns: int) -> Iterator[Entry]:
     given = any(covariance is not None for covariance in stream.covariances)
-    for stamp, pose, covariance in zip(
-        stream.times_ns.tolist(), stream.poses, stream.covariances, strict=True
+    for stamp, pose, covariance, known in zip(
+        stream.times_ns.tolist(),
+        stream.poses,
+        stream.covariances,
+        _known_ns(stream, delay_ns),
+        strict=True,
     ):
         # All poses of a recording have a covariance or none has; zeros: unknown.
-        known = np.zeros((6, 6)) if covariance is None else covariance
-        yield stamp, "visual poses", _visual_pose(pose, known if given else None)
+        some = np.zeros((6, 6)) if covariance is None else covariance
+        write = partial(_write_vision, pose=pose, covariance=some if given else None)
+        yield Entry(stamp, "visual poses", write, known)
 
 
-def _visual_pose(
-    pose: gtsam.Pose3, covariance: np.ndarray | None
-) -> Callable[[RecordingWriter, float], None]:
-    return lambda writer, time: writer.object_pose(time, pose, covariance)
+def _write_vision(
+    writer: RecordingWriter,
+    time: float,
+    known: float,
+    *,
+    pose: gtsam.Pose3,
+    covariance: np.ndarray | None,
+) -> None:
+    writer.object_pose(time, pose, covariance, received=known)

@@ -39,13 +39,15 @@ class PoseStream:
         poses: The N poses.
         covariances: Of each pose, shape (6, 6), right perturbation, rotation first; None where not given.
         frames: The frames that messages say they are given in, the first one's first.
-        arrivals: When messages were stamped and received; None where poses did not come as messages.
+        received_ns: When each pose became known [ns], int64, shape (N,); None where they did not come as messages.
+        arrivals: When all messages of the topic were stamped and received.
     """
 
     times_ns: np.ndarray
     poses: Sequence[gtsam.Pose3]
     covariances: Sequence[np.ndarray | None]
     frames: tuple[str, ...] = ()
+    received_ns: np.ndarray | None = None
     arrivals: Arrivals | None = None
 
     def chosen(self, keep: np.ndarray) -> PoseStream:
@@ -56,6 +58,7 @@ class PoseStream:
             times_ns=self.times_ns[index],
             poses=[self.poses[i] for i in index],
             covariances=[self.covariances[i] for i in index],
+            received_ns=None if self.received_ns is None else self.received_ns[index],
         )
 
     @cached_property
@@ -79,14 +82,15 @@ def read_poses(topic: str, bag: Sequence[BagMessage], warnings: list[str]) -> Po
     """The poses of a topic, or None where it has none that can be used."""
     decoded = decode(topic, bag, TYPES, warnings)
     entries = decoded.entries
-    found: list[tuple[int, gtsam.Pose3, np.ndarray | None]] = []
+    found: list[tuple[int, gtsam.Pose3, np.ndarray | None, int]] = []
+    received = [] if decoded.arrivals is None else decoded.arrivals.received_ns.tolist()
     unusable = 0
-    for stamp, message in entries:
+    for (stamp, message), known in zip(entries, received, strict=True):
         pose = messages.pose_from_fields(_pose_fields(message))
         if pose is not None:
             covariance, usable = _covariance(message, pose)
             unusable += not usable
-            found.append((stamp, pose, covariance))
+            found.append((stamp, pose, covariance, known))
     why = "are not finite or have a quaternion whose norm is not 1"
     note(warnings, topic, len(entries) - len(found), len(entries), why)
     if unusable:
@@ -98,10 +102,15 @@ def read_poses(topic: str, bag: Sequence[BagMessage], warnings: list[str]) -> Po
     found = in_order(found, topic, warnings)
     if not found:
         return None
-    stamps, poses, covariances = zip(*found, strict=True)
+    stamps, poses, covariances, known_ns = zip(*found, strict=True)
     frames = dict.fromkeys(str(message.header.frame_id) for _, message in entries)
     return PoseStream(
-        np.array(stamps, dtype=np.int64), poses, covariances, tuple(frames), decoded.arrivals
+        np.array(stamps, dtype=np.int64),
+        poses,
+        covariances,
+        tuple(frames),
+        np.array(known_ns, dtype=np.int64),
+        decoded.arrivals,
     )
 
 

@@ -223,6 +223,15 @@ class Recording:
         return _trajectory(self._streams.estimate)
 
     @property
+    def covariance_holds_camera(self) -> bool:
+        """Whether the visual poses' covariances hold, beside the tracker's own, the camera's calibration error.
+
+        So do those of simulated recordings from before the metadata said ``visual_covariance: tracker``.
+        """
+        own = self.info.get(names.VISUAL_COVARIANCE) == "tracker"
+        return not own and self.info.get("calibration_error") == "yes"
+
+    @property
     def camera_pose(self) -> gtsam.Pose3 | None:
         """The camera's first known pose T_wc, or None."""
         stream = self._streams.camera_pose

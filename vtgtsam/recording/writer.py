@@ -38,7 +38,8 @@ class RecordingWriter:
     usable file that lacks its last second at most. The same calls give the same bytes.
 
     Every method takes the instant ``time`` [s] that its values belong to, which becomes the header's
-    stamp. Instants may come in any order, the calls from one thread at a time.
+    stamp, and ``received`` [s], when they became known, which becomes the log time (``time`` where it is not
+    given). Instants may come in any order, the calls from one thread at a time.
     """
 
     def __init__(
@@ -83,7 +84,13 @@ class RecordingWriter:
             self._attach(names.OBJECT_ATTACHMENT + mesh_suffix, "application/octet-stream", mesh)
         self._mcap.flush()  # type: ignore[no-untyped-call]
 
-    def joint_states(self, time: float, joint_names: Sequence[str], joints: ArrayLike) -> None:
+    def joint_states(
+        self,
+        time: float,
+        joint_names: Sequence[str],
+        joints: ArrayLike,
+        received: float | None = None,
+    ) -> None:
         """Joint angles [rad], shape (J,), of the named joints."""
         position = _finite("joint angles", joints, (len(joint_names),))
         self._write(
@@ -92,10 +99,16 @@ class RecordingWriter:
             time,
             "",
             {"name": list(joint_names), "position": position.tolist()},
+            received,
         )
 
     def tactile(
-        self, time: float, pad_names: Sequence[str], pressure: ArrayLike, contacts: ArrayLike
+        self,
+        time: float,
+        pad_names: Sequence[str],
+        pressure: ArrayLike,
+        contacts: ArrayLike,
+        received: float | None = None,
     ) -> None:
         """Pressure (fraction of 6 N) and contact bit of the named pads, each of shape (K,)."""
         pressure = _finite("pressure", pressure, (len(pad_names),))
@@ -103,14 +116,18 @@ class RecordingWriter:
         if bits.shape != pressure.shape:
             raise ValueError(f"contacts must have shape {pressure.shape}, got {bits.shape}")
         fields = {"name": list(pad_names), "pressure": pressure.tolist(), "contact": bits.tolist()}
-        self._write(names.CONTACTS, messages.TACTILE_PADS, time, "", fields)
+        self._write(names.CONTACTS, messages.TACTILE_PADS, time, "", fields, received)
 
-    def hand_pose(self, time: float, T_wh: gtsam.Pose3) -> None:
+    def hand_pose(self, time: float, T_wh: gtsam.Pose3, received: float | None = None) -> None:
         """Pose of the hand's root frame in the world."""
-        self._write_pose(names.HAND_POSE, time, T_wh)
+        self._write_pose(names.HAND_POSE, time, T_wh, received)
 
     def object_pose(
-        self, time: float, T_wo: gtsam.Pose3, covariance: np.ndarray | None = None
+        self,
+        time: float,
+        T_wo: gtsam.Pose3,
+        covariance: np.ndarray | None = None,
+        received: float | None = None,
     ) -> None:
         """The object's pose as the visual tracker reports it.
 
@@ -119,11 +136,12 @@ class RecordingWriter:
             T_wo: The pose.
             covariance: Its covariance, right perturbation, rotation first, shape (6, 6). Whether a
                 recording has covariances is decided by its first pose.
+            received: When the tracker had found it [s].
         """
         topic = names.VISION
         has_covariances = self._types.get(topic) == messages.POSE_WITH_COVARIANCE
         if covariance is None and not has_covariances:
-            self._write_pose(topic, time, T_wo)
+            self._write_pose(topic, time, T_wo, received)
             return
         if self._types.get(topic) == messages.POSE:
             raise ValueError(
@@ -134,21 +152,23 @@ class RecordingWriter:
         if covariance is not None:
             ros = ros_from_tangent(_finite("covariance", covariance, (6, 6)), T_wo.rotation())
         pose = {"pose": _checked_fields(T_wo), "covariance": ros.ravel().tolist()}
-        self._write(topic, messages.POSE_WITH_COVARIANCE, time, "world", {"pose": pose})
+        self._write(topic, messages.POSE_WITH_COVARIANCE, time, "world", {"pose": pose}, received)
 
-    def truth(self, time: float, T_wo: gtsam.Pose3) -> None:
+    def truth(self, time: float, T_wo: gtsam.Pose3, received: float | None = None) -> None:
         """The object's true pose."""
-        self._write_pose(names.TRUTH, time, T_wo)
+        self._write_pose(names.TRUTH, time, T_wo, received)
 
-    def estimate(self, time: float, T_wo: gtsam.Pose3) -> None:
+    def estimate(self, time: float, T_wo: gtsam.Pose3, received: float | None = None) -> None:
         """The object's pose as a live run estimated it at the instant it fused."""
-        self._write_pose(names.ESTIMATE, time, T_wo)
+        self._write_pose(names.ESTIMATE, time, T_wo, received)
 
-    def camera_pose(self, time: float, T_wc: gtsam.Pose3) -> None:
+    def camera_pose(self, time: float, T_wc: gtsam.Pose3, received: float | None = None) -> None:
         """Pose of the camera in the world: x right, y down, z forward."""
-        self._write_pose(names.CAMERA_POSE, time, T_wc)
+        self._write_pose(names.CAMERA_POSE, time, T_wc, received)
 
-    def camera_info(self, time: float, intrinsics: CameraIntrinsics) -> None:
+    def camera_info(
+        self, time: float, intrinsics: CameraIntrinsics, received: float | None = None
+    ) -> None:
         """The camera's intrinsics; its images have no distortion."""
         i = intrinsics
         fields = {
@@ -160,18 +180,18 @@ class RecordingWriter:
             "r": np.eye(3).ravel().tolist(),
             "p": [i.fx, 0.0, i.cx, 0.0, 0.0, i.fy, i.cy, 0.0, 0.0, 0.0, 1.0, 0.0],
         }
-        self._write(names.CAMERA_INFO, messages.CAMERA_INFO, time, "camera", fields)
+        self._write(names.CAMERA_INFO, messages.CAMERA_INFO, time, "camera", fields, received)
 
-    def depth(self, time: float, depth: np.ndarray) -> None:
+    def depth(self, time: float, depth: np.ndarray, received: float | None = None) -> None:
         """Depth image [m], shape (H, W), stored in whole millimetres as a 16 bit PNG.
 
         Pixels that are not finite, not positive or beyond 65.535 m are stored as 0, no depth.
         """
-        self._write_image(names.DEPTH, time, "png", encode_depth(depth))
+        self._write_image(names.DEPTH, time, "png", encode_depth(depth), received)
 
-    def color(self, time: float, image: np.ndarray) -> None:
+    def color(self, time: float, image: np.ndarray, received: float | None = None) -> None:
         """Colour image, RGB, uint8, shape (H, W, 3), stored as JPEG."""
-        self._write_image(names.COLOR, time, "jpeg", encode_color(image))
+        self._write_image(names.COLOR, time, "jpeg", encode_color(image), received)
 
     def close(self) -> None:
         """Write what is pending and the index, and close the file."""
@@ -193,27 +213,36 @@ class RecordingWriter:
     ) -> None:
         self.close()
 
-    def _write_pose(self, topic: str, time: float, pose: gtsam.Pose3) -> None:
-        self._write(topic, messages.POSE, time, "world", {"pose": _checked_fields(pose)})
+    def _write_pose(
+        self, topic: str, time: float, pose: gtsam.Pose3, received: float | None
+    ) -> None:
+        self._write(topic, messages.POSE, time, "world", {"pose": _checked_fields(pose)}, received)
 
-    def _write_image(self, topic: str, time: float, image_format: str, data: bytes) -> None:
+    def _write_image(
+        self, topic: str, time: float, image_format: str, data: bytes, received: float | None
+    ) -> None:
         fields = {"format": image_format, "data": data}
-        self._write(topic, messages.COMPRESSED_IMAGE, time, "camera", fields)
+        self._write(topic, messages.COMPRESSED_IMAGE, time, "camera", fields, received)
 
     def _write(
-        self, topic: str, msgtype: str, time: float, frame: str, fields: dict[str, Any]
+        self,
+        topic: str,
+        msgtype: str,
+        time: float,
+        frame: str,
+        fields: dict[str, Any],
+        received: float | None = None,
     ) -> None:
-        if not (math.isfinite(time) and 0 <= time < _MAX_STAMP):
-            raise ValueError(f"time must be seconds from 0 to {_MAX_STAMP}, got {time!r}")
-        stamp = round(time * 1e9)
+        stamp = _nanoseconds("time", time)
+        known = stamp if received is None else _nanoseconds("received", received)
         data = messages.encoder(msgtype)({"header": messages.header(stamp, frame), **fields})
         size = len(data) + _RECORD_OVERHEAD
         if topic not in self._channels:  # its definition goes into the same chunk
             size += len(messages.definition(msgtype).encode()) + 2 * _RECORD_OVERHEAD + len(topic)
-        self._begin_chunk(stamp, size)
+        self._begin_chunk(known, size)
         self._counts[topic] += 1
         channel = self._channel(topic, msgtype)
-        self._mcap.add_message(channel, stamp, data, stamp, sequence=self._counts[topic])
+        self._mcap.add_message(channel, known, data, known, sequence=self._counts[topic])
 
     def _begin_chunk(self, stamp: int, size: int) -> None:
         """Flush the pending chunk if a message of this stamp and size has no room in it."""
@@ -238,6 +267,12 @@ class RecordingWriter:
 
     def _attach(self, name: str, media_type: str, data: bytes) -> None:
         self._mcap.add_attachment(0, 0, name, media_type, data)
+
+
+def _nanoseconds(what: str, seconds: float) -> int:
+    if not (math.isfinite(seconds) and 0 <= seconds < _MAX_STAMP):
+        raise ValueError(f"{what} must be seconds from 0 to {_MAX_STAMP}, got {seconds!r}")
+    return round(seconds * 1e9)
 
 
 def _finite(what: str, values: ArrayLike, shape: tuple[int, ...]) -> np.ndarray:

@@ -5,6 +5,7 @@ import sys
 
 import numpy as np
 import pytest
+from robot_log import send, write_log
 from rosbags.rosbag2 import StoragePlugin
 from rosbags.rosbag2 import Writer as Writer2
 from sequences import HAND_XML, pose
@@ -13,6 +14,8 @@ from test_foreign_bags import MAP, T_WC, WRITERS, Bag, store
 from vtgtsam import cli, evaluate, read_recording
 from vtgtsam.commands.convert import _counted
 from vtgtsam.exceptions import RecordingError
+from vtgtsam.recording import RecordingWriter
+from vtgtsam.recording.bags import open_source
 from vtgtsam.recording.convert import convert_bag
 
 
@@ -231,3 +234,33 @@ def test_resolution_and_symmetry_of_an_object_go_into_the_recording(
     with pytest.raises(SystemExit) as done:
         cli.main()
     assert done.value.code == 2 and "goes with --object" in capsys.readouterr().err
+
+
+def test_what_became_known_when_stays_known_by_the_clock_of_the_stamps(tmp_path):
+    """A tracker that needs 0.2 s, recorded by a computer whose clock is an hour ahead."""
+
+    def change(log, topic, t, what):
+        late = 0.2 if topic == "/vision/object_pose" else 0.0
+        return send(log, topic, t, received=t + 3600.0 + late, **what)
+
+    convert_bag(write_log(tmp_path / "a.mcap", change), tmp_path / "b.mcap")
+    after = read_recording(tmp_path / "b.mcap")
+    assert after.info["visual_covariance"] == "tracker"
+    vision, truth = after.streams.vision, after.streams.truth
+    np.testing.assert_allclose(vision.received_ns - vision.times_ns, 2 * 10**8, atol=1)
+    np.testing.assert_allclose(truth.received_ns - truth.times_ns, 0, atol=1)
+    logged = [message.receive_ns for message in open_source(tmp_path / "b.mcap").messages()]
+    assert logged == sorted(logged)
+
+
+def test_old_simulated_recordings_have_the_cameras_error_in_their_covariances(tmp_path):
+    for info, expected in (
+        ({"calibration_error": "yes"}, True),
+        ({"calibration_error": "yes", "visual_covariance": "tracker"}, False),
+        ({}, False),
+    ):
+        with RecordingWriter(tmp_path / "a.mcap", info) as writer:
+            writer.joint_states(0.0, ["a"], [0.0], received=0.5)
+        recording = read_recording(tmp_path / "a.mcap")
+        assert recording.covariance_holds_camera is expected
+        assert recording.streams.joints.arrivals.delay == 0.5
