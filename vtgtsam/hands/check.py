@@ -45,7 +45,11 @@ def check_hand(hand: HandModel) -> HandReport:
         f"{hand.name}: {len(hand.joint_names)} joints, {len(hand.pads)} pads, {model.nbody - 1} bodies, "
         f"{visible} shapes to see, {len(hand.points_p)} points on the pads"
     )
-    lines += ["joints:", *_joints(hand), "pads, where all joints are at zero or nearest to it:"]
+    lines += [
+        "joints:",
+        *_joints(hand),
+        "pads, of the open hand (hinges at zero or nearest to it):",
+    ]
     lines += _pads(hand)
     places = placement.placements(hand)
     report.notes.extend([*_notes(hand), *_enclosed(places)])

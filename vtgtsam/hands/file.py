@@ -60,9 +60,19 @@ def read_spec(path: Path) -> mujoco.MjSpec:
         )
     check_file(path)
     try:
+        if "<robot" in text and "<collision" not in text and "<mujoco" not in text:
+            return _keep_links(_with_visuals(path, text))
         return _keep_links(mujoco.MjSpec.from_file(str(path)))
     except ValueError as error:
         raise HandError(_why_unread(str(path), error)) from error
+
+
+def _with_visuals(path: Path, urdf: str) -> mujoco.MjSpec:
+    """A URDF whose links have nothing but what they look like, which MuJoCo would leave out."""
+    keep = '<mujoco><compiler discardvisual="false" strippath="false"/></mujoco>'
+    spec = mujoco.MjSpec.from_string(re.sub(r"(<robot\b[^>]*>)", rf"\1{keep}", urdf, count=1))
+    spec.modelfiledir = str(path.parent)
+    return spec
 
 
 def parse_spec(text: str) -> mujoco.MjSpec:
@@ -92,9 +102,11 @@ def _why_unread(what: str, error: Exception) -> str:
             f"{what} does not say what MuJoCo {mujoco.__version__} understands: {_one_line(error)}; a "
             "file for another version of MuJoCo has to be brought up to date"
         )
+    if "mujocoinclude" in message:
+        return f"{what} is a part that other files include; give the file that includes it"
     if "Error opening file" in message:
         return f"{what} includes a file that is not there: {_one_line(error)}"
-    return f"{what} is neither MJCF nor URDF: {_one_line(error)}"
+    return f"MuJoCo cannot read {what}: {_one_line(error)}"
 
 
 def _keep_links(spec: mujoco.MjSpec) -> mujoco.MjSpec:
@@ -162,7 +174,7 @@ def _check_joints(model: mujoco.MjModel) -> None:
         if model.jnt_type[index] == mujoco.mjtJoint.mjJNT_FREE:
             raise HandError(
                 f"body {body!r} has a free joint; remove it from the hand's file (in URDF: make the "
-                "floating joint fixed), since T_wh says where the hand is"
+                "floating joint fixed), since T_wh says where the hand is; of a scene give the hand's own file"
             )
         if model.jnt_type[index] == mujoco.mjtJoint.mjJNT_BALL:
             raise HandError(f"joint {joint.name!r} is a ball joint; use hinges instead")
@@ -181,16 +193,19 @@ def self_contained(path: Path, spec: mujoco.MjSpec, pads: str) -> str:
         pads: Which boxes are pads: what ``pad_boxes.found`` takes.
     """
     text = path.read_bytes().decode("utf-8", errors="replace")
-    own = "<mujoco" in text and "<include" not in text and "\ufffd" not in text
+    elsewhere = ("<include", "<extension", "<plugin", "\ufffd")  # other files, libraries, not UTF-8
+    own = "<mujoco" in text and not any(word in text for word in elsewhere)
     if own and pads == "pad_*" and not mesh_files.needed(spec):
         return text
     spec = spec.copy()
     mesh_files.remove_all(spec)
+    for part in [*spec.actuators, *spec.sensors, *spec.keys]:  # may need a plugin, and no pad does
+        spec.delete(part)
     for entry in [entry for entry in spec.texts if entry.name == PADS_TEXT]:
         spec.delete(entry)
     spec.add_text(name=PADS_TEXT, data=pads)
     spec.compile()
-    return str(spec.to_xml())
+    return re.sub(r"<extension>.*?</extension>", "", spec.to_xml(), flags=re.DOTALL)
 
 
 def pads_said(spec: mujoco.MjSpec) -> str | None:

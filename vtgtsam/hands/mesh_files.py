@@ -10,8 +10,16 @@ import re
 from pathlib import Path
 
 import mujoco
+import numpy as np
+
+from ..mesh.reading import read_mesh
 
 READABLE = (".stl", ".obj", ".msh")  # by MuJoCo
+_FROM_FILES = (
+    mujoco.mjtGeom.mjGEOM_MESH,
+    mujoco.mjtGeom.mjGEOM_HFIELD,
+    mujoco.mjtGeom.mjGEOM_SDF,
+)
 _SCHEMES = ("package://", "model://")
 
 
@@ -34,6 +42,8 @@ def settle(spec: mujoco.MjSpec) -> str:
         if found is None:
             missing.append(mesh.file)
             _remove_mesh(spec, mesh)
+        elif found.suffix.lower() == ".ply":
+            _embed(mesh, found)
         elif found.suffix.lower() not in READABLE:
             unread.append(mesh.file)
             _remove_mesh(spec, mesh)
@@ -44,8 +54,16 @@ def settle(spec: mujoco.MjSpec) -> str:
     if missing:
         reasons.append(f"{_some(missing)}, not found")
     if unread:
-        reasons.append(f"{_some(unread)}: MuJoCo reads STL and OBJ")
+        reasons.append(f"{_some(unread)}: read are STL, OBJ and PLY")
     return "; ".join(reasons)
+
+
+def _embed(mesh: mujoco.MjsMesh, path: Path) -> None:
+    """Put a file that MuJoCo does not read into the description."""
+    surface = read_mesh(path)
+    mesh.name, mesh.file = mesh.name or path.stem, ""
+    mesh.uservert = np.asarray(surface.vertices, dtype=np.float64).ravel()
+    mesh.userface = np.asarray(surface.faces, dtype=np.int32).ravel()
 
 
 def _some(names: list[str]) -> str:
@@ -114,7 +132,7 @@ def spare(spec: mujoco.MjSpec, error: Exception) -> str | None:
 def remove_all(spec: mujoco.MjSpec) -> None:
     """Remove what lies in other files (meshes, textures); joints and boxes stay."""
     for geom in list(spec.geoms):
-        if geom.type in (mujoco.mjtGeom.mjGEOM_MESH, mujoco.mjtGeom.mjGEOM_HFIELD):
+        if geom.type in _FROM_FILES:
             spec.delete(geom)
     for asset in [*spec.meshes, *spec.hfields, *spec.skins]:
         spec.delete(asset)

@@ -33,7 +33,7 @@ VIEWS = ("towards the pads", "from behind", "from the side", "from above and asi
 
 
 def hand_picture(hand: HandModel) -> Image:
-    """The hand at zero, or where each joint's range comes nearest to it, from four sides."""
+    """The open hand (``placement.neutral``) from four sides."""
     from PIL import Image, ImageDraw, ImageFont
 
     data = mujoco.MjData(hand.model)

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Where a hand's pads lie on its links: a face inside its own link, or one that looks the wrong way, never touches.
 
-All joints stand at zero here, or where their range comes nearest to it.
+The hand is open here (``neutral``).
 """
 
 from __future__ import annotations
@@ -52,10 +52,12 @@ class Placement:
 
 
 def neutral(model: mujoco.MjModel) -> np.ndarray:
-    """Joint values at zero, or where each joint's range comes nearest to it, shape (J,)."""
-    low = np.where(model.jnt_limited.astype(bool), model.jnt_range[:, 0], -np.inf)
-    high = np.where(model.jnt_limited.astype(bool), model.jnt_range[:, 1], np.inf)
-    return np.asarray(np.clip(0.0, low, high))
+    """An open hand: hinges at zero or nearest to it, jaws that slide as far from it as they go, shape (J,)."""
+    limited = model.jnt_limited.astype(bool)
+    low = np.where(limited, model.jnt_range[:, 0], -np.inf)
+    high = np.where(limited, model.jnt_range[:, 1], np.inf)
+    slides = limited & (model.jnt_type == mujoco.mjtJoint.mjJNT_SLIDE)
+    return np.where(slides, np.where(-low > high, low, high), np.clip(0.0, low, high))
 
 
 def placements(hand: HandModel) -> list[Placement]:

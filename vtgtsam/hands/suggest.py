@@ -2,9 +2,10 @@
 """A first proposal of pads for a hand that has none: one on the palm side of each link that bends.
 
 A finger bends towards what it grasps. So the palm side of a link is where its surface goes when its
-joint closes, and a joint closes in the direction in which its range is longer. The palm's side is the
-mean of its fingers'. On each link, straight rays from that side find the surface; the pad is a
-rectangle on the part of it that is nearly flat, its face at the highest point there.
+joint closes, and a joint closes in the direction in which its range is longer; a jaw that slides closes
+towards the others. The palm's side is the mean of its fingers'. On each link, straight rays from that
+side find the surface; the pad is a rectangle on the part of it that is nearly flat, its face at the
+highest point there.
 
 It is a beginning, to be looked at (``vtgtsam check-hand``) and corrected by whoever knows the hand.
 """
@@ -127,9 +128,11 @@ def _jointed_below(model: mujoco.MjModel, body: int) -> bool:
 
 
 def _closing(model: mujoco.MjModel, data: mujoco.MjData, joint: int) -> np.ndarray | None:
-    """Where the far end of a link goes when its hinge closes; None where it bends both ways alike."""
+    """Where the far end of a link goes when its joint closes; None where it bends both ways alike."""
+    if model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_SLIDE:
+        return _towards_others(model, data, joint)
     low, high = model.jnt_range[joint]
-    if model.jnt_type[joint] != mujoco.mjtJoint.mjJNT_HINGE or not model.jnt_limited[joint]:
+    if not model.jnt_limited[joint]:
         return None
     if abs(low + high) < ONE_SIDED * (high - low):
         return None
@@ -143,6 +146,26 @@ def _closing(model: mujoco.MjModel, data: mujoco.MjData, joint: int) -> np.ndarr
     side = np.sign(low + high) * np.cross(data.xaxis[joint], far)
     length = float(np.linalg.norm(side))
     return None if length < 1e-3 else side / length
+
+
+def _towards_others(model: mujoco.MjModel, data: mujoco.MjData, joint: int) -> np.ndarray | None:
+    """Along a jaw's slide to the jaws that slide beside it."""
+    body = int(model.jnt_bodyid[joint])
+    slides = model.jnt_bodyid[model.jnt_type == mujoco.mjtJoint.mjJNT_SLIDE]
+    parents = model.body_parentid
+    beside = [b for b in slides if b != body and parents[b] == parents[body]]
+    if not beside:
+        return None
+    axis: np.ndarray = data.xaxis[joint]
+    other = np.mean([_center(model, data, int(b)) for b in beside], axis=0)
+    along = float(axis @ (other - _center(model, data, body)))
+    return None if abs(along) < 1e-3 else np.sign(along) * axis
+
+
+def _center(model: mujoco.MjModel, data: mujoco.MjData, body: int) -> np.ndarray:
+    """Middle of what is fixed to a body, in frame h [m]."""
+    own = model.body_weldid[model.geom_bodyid] == model.body_weldid[body]
+    return np.asarray(data.geom_xpos[own].mean(axis=0) if own.any() else data.xpos[body])
 
 
 def _is_below(model: mujoco.MjModel, body: int, ancestor: int) -> bool:

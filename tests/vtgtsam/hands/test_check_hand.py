@@ -128,6 +128,24 @@ def test_pads_are_proposed_on_the_palm_side_of_links_that_bend(claw):
     assert entries["proximal1"].pos[2] + entries["proximal1"].size[1] / 2 <= 0.04
 
 
+def test_jaws_that_slide_get_pads_that_face_each_other(tmp_path):
+    path = tmp_path / "jaws.xml"
+    jaw = """<body name="{n}" pos="0 0 0.05"><joint name="{n}" type="slide" axis="{axis}" range="0 0.04"/>
+    <geom type="box" pos="0 {y} 0.02" size="0.01 0.004 0.02"/></body>"""
+    jaws = jaw.format(n="left", axis="0 1 0", y=0.004) + jaw.format(
+        n="right", axis="0 -1 0", y=-0.004
+    )
+    path.write_text(
+        f'<mujoco><worldbody><body name="hand"><geom size="0.03"/>{jaws}</body></worldbody></mujoco>'
+    )
+    left, right = (entry for entry in suggest_pads(path) if entry.body != "hand")
+    assert left.normal == (0, -1, 0) and right.normal == (0, 1, 0)
+    assert left.pos[1] == right.pos[1] == 0
+    out = tmp_path / "pads.yaml"
+    out.write_text(pads_yaml(suggest_pads(path), "jaws.xml"))
+    assert check_hand(load_hand(out)).problems == []
+
+
 def test_what_is_proposed_is_a_hand_without_problems(claw, tmp_path):
     out = tmp_path / "pads.yaml"
     proposed = run("suggest-pads", claw, "--out", out)

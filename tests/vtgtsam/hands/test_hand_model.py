@@ -224,6 +224,7 @@ def test_box_geoms_are_pads_where_no_site_is(tmp_path):
         ("pad_", "skin_", "Name the pads' box sites pad_., or say which boxes.* topic map.* YAML"),
         ("<body", "<bodi", "hand.xml, line [0-9]+: not valid XML; look for"),
         ('type="box"', 'tipe="box"', "MuJoCo 3.* understands: .*attribute: 'tipe'"),
+        ('<joint name="bend"', '<joint name="swing"', "MuJoCo cannot .*repeated name 'swing'"),
         ("<mujoco", "<mjcf", "is neither MJCF .its root would be <mujoco>. nor URDF"),
         (
             "<mujoco",

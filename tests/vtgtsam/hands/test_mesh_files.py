@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The mesh files of other people's hands: found in packages, left out one by one."""
 
+import numpy as np
 import pytest
 import trimesh
 
@@ -56,8 +57,38 @@ def test_a_package_beside_the_hands_own_is_found(package, tmp_path):
 
 
 def test_a_mesh_of_another_kind_is_left_out_by_name(package, caplog):
-    assert load(package, "package://robot_description/meshes/palm.ply").model.nmesh == 0
-    assert "palm.ply: MuJoCo reads STL and OBJ" in caplog.text
+    (package / "meshes/palm.glb").write_bytes(b"glTF")
+    assert load(package, "package://robot_description/meshes/palm.glb").model.nmesh == 0
+    assert "palm.glb: read are STL, OBJ and PLY" in caplog.text
+
+
+def test_a_ply_is_what_the_same_stl_is(package):
+    stl = load(package, "../meshes/palm.stl").model
+    ply = load(package, "package://robot_description/meshes/palm.ply").model
+    assert stl.nmesh == ply.nmesh == 1
+    np.testing.assert_allclose(stl.geom("shape").size, ply.geom("shape").size)
+
+
+def test_a_urdf_of_looks_alone_is_seen(package):
+    path = package / "urdf/hand.urdf"
+    text = URDF.format(file="../meshes/palm.stl").replace('<collision name="pad_a">', "<PAD>")
+    text = text.replace("collision", "visual").replace("<PAD>", '<visual name="pad_a">')
+    path.write_text(text)
+    hand = HandModel.from_mjcf(path)
+    assert hand.model.nmesh == 1 and hand.pad_names == ("pad_a",)
+
+
+def test_the_text_of_a_hand_that_needs_a_plugin_needs_none(tmp_path):
+    path = tmp_path / "hand.xml"
+    path.write_text(
+        """<mujoco><extension><plugin plugin="mujoco.pid"><instance name="i"><config key="kp" value="1"/>
+        </instance></plugin></extension><worldbody><body name="b"><joint name="j"/><geom size="0.01"/>
+        <site name="pad_a" type="box" pos="0 0 0.012" size="0.01 0.01 0.001"/></body></worldbody>
+        <actuator><plugin joint="j" plugin="mujoco.pid" instance="i"/></actuator></mujoco>"""
+    )
+    hand = HandModel.from_mjcf(path)
+    assert "pid" not in hand.xml
+    assert HandModel.from_text(hand.xml).joint_names == ("j",)
 
 
 def test_a_flat_mesh_costs_no_other(package, tmp_path, caplog):
