@@ -4,7 +4,7 @@ VENV   ?= .venv
 BIN    := $(VENV)/bin
 WORKERS ?= 2
 
-.PHONY: demo test slow check setup docs theseus clean
+.PHONY: demo test slow fuzz check setup docs theseus clean
 
 setup: $(VENV)/.installed
 
@@ -21,6 +21,12 @@ test: setup
 
 slow: setup
 	$(BIN)/python -m pytest -n $(WORKERS) --dist worksteal -m slow
+
+# Mutated files of every kind for SECONDS each; SEED=7 make fuzz tries others.
+SEED ?= 0
+SECONDS ?= 60
+fuzz: setup
+	PYTHONPATH=tests:. $(BIN)/python -m fuzzing --seed $(SEED) --seconds $(SECONDS)
 
 check: setup
 	$(BIN)/ruff check .

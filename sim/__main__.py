@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from vtgtsam.commands.edge import edge
+from vtgtsam.commands.options import Force, refuse_existing
 
 if TYPE_CHECKING:
     from .datasets import Outcome
@@ -137,6 +138,7 @@ def look(
     methods: Annotated[
         str, typer.Option(help="Methods whose poses are drawn, separated by commas.")
     ] = "vis,vis+tac+pen",
+    force: Force = False,
 ) -> None:
     """Draw a recording from the camera and from the side, pads in contact lit up.
 
@@ -151,6 +153,7 @@ def look(
         raise typer.BadParameter(
             f"expected a .mp4, .gif, .webp or .png file, got {out.name!r}", param_hint="--out"
         )
+    refuse_existing(out, force, recording)
     shape = _size(size)
     shown = {}
     if estimates is not None:

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from vtgtsam import read_recording
+from vtgtsam.atomic import replacing
 from vtgtsam.recording.trajectory import PoseTrajectory
 
 from .instants import instants
@@ -53,4 +54,6 @@ def write_sheet(
     """Write ``contact_sheet`` as PNG."""
     from PIL import Image
 
-    Image.fromarray(contact_sheet(path, columns, size, estimates)).save(out, optimize=True)
+    picture = Image.fromarray(contact_sheet(path, columns, size, estimates))
+    with replacing(out) as temporary:
+        picture.save(temporary, format="PNG", optimize=True)

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import multiprocessing
 import os
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import AbstractContextManager, contextmanager
@@ -55,6 +56,12 @@ def run_tasks(
 def _local() -> AbstractContextManager[Any]:
     import joblib
 
+    try:
+        multiprocessing.get_context("spawn").Lock()
+    except OSError as error:
+        raise VtgtsamError(
+            f"processes cannot share locks here ({error}), as where /dev/shm is read-only; give --jobs 1"
+        ) from None
     return joblib.parallel_config(  # type: ignore[no-any-return]
         backend="loky",
         inner_max_num_threads=1,

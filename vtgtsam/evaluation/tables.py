@@ -10,6 +10,7 @@ import pandas as pd
 
 from ..atomic import write_text
 from ..exceptions import VtgtsamError
+from ..input.door import reading
 from . import folder, store
 from .collect import CONDITION, Collected, collect
 from .significance import noise_tests, paired_tests, time_tests
@@ -54,8 +55,9 @@ def make_tables(out: Path) -> Tables:
         VtgtsamError: The folder holds no finished run, or files of others in the place of tables.
     """
     check_finished(out)
-    sequences = _read_sequences(out)
-    collected = collect(out, sequences)
+    with reading(f"what is stored in {out}", VtgtsamError):
+        sequences = _read_sequences(out)
+        collected = collect(out, sequences)
     tables = Tables(
         collected,
         summarise(collected.phases),
@@ -107,4 +109,11 @@ def check_finished(out: Path) -> None:
 
 
 def _read_sequences(out: Path) -> pd.DataFrame:
-    return pd.read_csv(out / store.SEQUENCES, dtype=str, keep_default_na=False)
+    table = pd.read_csv(out / store.SEQUENCES, dtype=str, keep_default_na=False)
+    missing = {"sequence", "object", "problem", "note", "warnings", *CONDITION} - set(table)
+    if missing:
+        raise VtgtsamError(
+            f"{out / store.SEQUENCES} lacks the columns {', '.join(sorted(missing))}; "
+            "`vtgtsam evaluate` with the same recordings makes it again from what is stored"
+        )
+    return table

@@ -5,6 +5,10 @@ from __future__ import annotations
 
 import hashlib
 import io
+import logging
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -32,8 +36,6 @@ def read_mesh(path: str | Path) -> trimesh.Trimesh:
     Raises:
         MeshError: The file cannot be read or holds no triangles.
     """
-    import trimesh
-
     path = Path(path)
     if not path.is_file():
         raise MeshError(f"there is no mesh file {path}")
@@ -41,6 +43,26 @@ def read_mesh(path: str | Path) -> trimesh.Trimesh:
     if suffix in ARCHIVES:
         raise MeshError(f"{path} is an archive; unpack it and give the mesh in it")
     content = read_bytes(path, limits.MESH_BYTES, MeshError)
+    with _quiet(), warnings.catch_warnings(action="ignore"):
+        mesh = _loaded(path, suffix, content)
+    check_geometry(mesh.vertices, mesh.faces, str(path))
+    return merged(mesh.vertices, mesh.faces)
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Trimesh logs tracebacks of what it gets over."""
+    logger = logging.getLogger("trimesh")
+    before, logger.disabled = logger.disabled, True
+    try:
+        yield
+    finally:
+        logger.disabled = before
+
+
+def _loaded(path: Path, suffix: str, content: bytes) -> trimesh.Trimesh:
+    import trimesh
+
     try:
         # From bytes, so that no other file is opened: of a shape nothing else matters.
         source = io.BytesIO(content) if suffix in ALONE else path
@@ -48,7 +70,7 @@ def read_mesh(path: str | Path) -> trimesh.Trimesh:
         for geometry in loaded.geometry.values():
             if hasattr(geometry, "faces"):  # before anything computes with them
                 check_faces(geometry.vertices, geometry.faces, str(path))
-        mesh = loaded.to_mesh()
+        return loaded.to_mesh()
     except MeshError:
         raise
     except MemoryError:
@@ -57,8 +79,6 @@ def read_mesh(path: str | Path) -> trimesh.Trimesh:
         raise MeshError(
             f"{path} cannot be read as a mesh ({plain(error)}); convert it to OBJ, PLY or STL"
         ) from error
-    check_geometry(mesh.vertices, mesh.faces, str(path))
-    return merged(mesh.vertices, mesh.faces)
 
 
 def merged(vertices: np.ndarray, faces: np.ndarray) -> trimesh.Trimesh:

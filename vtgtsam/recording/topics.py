@@ -102,6 +102,9 @@ class ContactsTopic(_Model):
     calibration: PadCalibration | None = None
 
 
+MOST_LATENCY = 1e6  # [s]
+
+
 class VisionTopic(_Model):
     """Where the visual tracker's poses are.
 
@@ -112,7 +115,7 @@ class VisionTopic(_Model):
     """
 
     topic: str = names.VISION
-    latency: FiniteFloat = 0.0
+    latency: Annotated[FiniteFloat, Field(ge=-MOST_LATENCY, le=MOST_LATENCY)] = 0.0
     frame: Literal["world", "camera"] = "world"
 
 

@@ -40,7 +40,7 @@ def open_stream(
     """
     sinks: list[rr.FileSink | rr.GrpcSink] = []
     if save is not None:
-        check_writable(save)
+        _check_opens(save)
         sinks.append(rr.FileSink(save))
     if connect is not None:
         sinks.append(rr.GrpcSink(connect))
@@ -70,14 +70,27 @@ def check_display() -> None:
         )
 
 
+def check_name(path: Path) -> None:
+    """Refuse a name that Rerun would not open.
+
+    Raises:
+        VtgtsamError: It does not end in .rrd.
+    """
+    if path.suffix != ".rrd":
+        raise VtgtsamError(f"Rerun's files are called .rrd, got {path.name!r}")
+
+
 def check_writable(path: Path) -> None:
     """Refuse a file that cannot be written; creates it.
 
     Raises:
         VtgtsamError: Its name does not end in .rrd, or its folder does not let it be written.
     """
-    if path.suffix != ".rrd":
-        raise VtgtsamError(f"Rerun's files are called .rrd, got {path.name!r}")
+    check_name(path)
+    _check_opens(path)
+
+
+def _check_opens(path: Path) -> None:
     try:
         path.open("wb").close()
     except OSError as error:

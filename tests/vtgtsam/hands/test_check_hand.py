@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 
 from vtgtsam import HandModel, load_hand
 from vtgtsam.cli import app
-from vtgtsam.exceptions import HandError
+from vtgtsam.exceptions import HandError, VtgtsamError
 from vtgtsam.hands.check import check_hand
 from vtgtsam.hands.picture import SIDE, hand_picture
 from vtgtsam.hands.suggest import pads_yaml, suggest_pads
@@ -155,7 +155,7 @@ def test_what_is_proposed_is_a_hand_without_problems(claw, tmp_path):
     with Image.open(tmp_path / "hand.png") as picture:
         assert picture.size[0] > 2 * SIDE
     again = run("suggest-pads", claw, "--out", out)
-    assert isinstance(again.exception, HandError) and "--force" in str(again.exception)
+    assert isinstance(again.exception, VtgtsamError) and "--force" in str(again.exception)
 
 
 def test_a_pad_inside_its_link_makes_the_exit_code_1(claw, tmp_path):

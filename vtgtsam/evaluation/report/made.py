@@ -11,6 +11,8 @@ from typing import Any
 
 from ... import limits
 from ...config import EstimatorConfig
+from ...exceptions import ConfigError
+from ...input.door import reading
 from ...input.text import parse_yaml, read_bytes
 from .. import store
 from ..methods import PRESETS
@@ -45,6 +47,11 @@ def how_made(out: Path) -> Made:
     config = config if isinstance(config, dict) else {}
     methods = config.get("methods")
     methods = methods if isinstance(methods, dict) else {}
+    with reading(out / store.CONFIG, ConfigError):
+        return _made(text, config, methods)
+
+
+def _made(text: str, config: dict[str, Any], methods: dict[str, Any]) -> Made:
     evaluate = f"vtgtsam evaluate RECORDINGS --out DIR --methods {','.join(methods)}"
     return Made(
         str(config.get("version", "unknown")),
