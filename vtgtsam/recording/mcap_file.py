@@ -269,6 +269,8 @@ class _RecordReader:
         tail = self.size - self.read_to + self.broken
         cut = (
             f"the file is cut off: its last {tail} of {self.size} bytes cannot be read in full, and"
+            if tail
+            else f"the file is cut off, or still being written: it ends after {self.size} bytes, and"
         )
         if last_ns is None:
             return f"{cut} no message is left; record it again, or copy it again if a copy was cut"

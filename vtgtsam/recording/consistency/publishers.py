@@ -25,7 +25,7 @@ POSE_JUMP = 0.02  # [m]
 TURN_JUMP = np.deg2rad(20)
 FLIP = np.deg2rad(60)  # a tracker's own jitter is less
 BITS_WINDOW = 50  # messages of a pad,
-BITS_CHANGES = 30  # of which so many change, as no touch does
+BITS_CHANGES = 45  # of which so many change, as no touch does
 
 Distance = Callable[[int, int], float]
 

@@ -27,6 +27,7 @@ MOST_FIRSTS = 500  # begins that are tried for each stride
 LONGEST_SHIFT = 1.0  # [s]
 SHIFT_STEP = 0.02  # [s], halved around the best
 LEAST_SHIFT = 0.015  # [s], less is a matter of the exposure
+NEARER = 0.85  # of the error as read; a tracker that lost the object follows nothing better
 WRONG_SHIFT = 0.1  # [s], more is no tracker's own delay
 
 
@@ -186,7 +187,12 @@ def check_shift(
     fits |= {near + step: fit(near + step) for step in (-SHIFT_STEP / 2, SHIFT_STEP / 2)}
     best = min(fits, key=lambda shift: fits[shift].score)
     as_read = fit(0.0)
-    if abs(best) < LEAST_SHIFT or not clearly_better(fits[best], as_read, known.points_o, True):
+    if (
+        not LEAST_SHIFT <= abs(best) < LONGEST_SHIFT - SHIFT_STEP
+    ):  # at the end of what is tried: no best
+        return []
+    nearer = fits[best].error < NEARER * as_read.error
+    if not nearer or not clearly_better(fits[best], as_read, known.points_o, True):
         return []
     words = (
         f"the poses follow {known.what} better {abs(best):.2f} s "
