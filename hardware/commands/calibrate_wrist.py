@@ -69,7 +69,7 @@ def _model_and_joints(
     """The hand's model and its joint angles now; None where nobody knows them."""
     import numpy as np
 
-    from hardware.live.preflight import load_hand_and_grasp
+    from hardware.live.devices import load_hand_and_grasp
     from hardware.servo.bus import Bus, BusError
     from hardware.servo.survey import let_go, survey
 

@@ -18,9 +18,11 @@ import gtsam
 from hardware.camera.camera import Camera, open_camera
 from hardware.camera.wrist import load_wrist
 from hardware.device import HandDevice, PadDevice
-from hardware.servo.description import HandDescription
+from hardware.servo.description import HandDescription, misfits
 from hardware.servo.hand import Hand
 from hardware.tactile.pressure import BoardPads, PadScale, load_scale
+from vtgtsam.exceptions import ConfigError
+from vtgtsam.grasp import GraspDescription, load_grasp
 
 from .sensors import NoPads
 
@@ -121,3 +123,26 @@ def _pads(
     if wiring is None or scale is None or port is None:
         return lambda: NoPads(len(hand))
     return lambda: BoardPads(port, wiring, scale, hand.pad_names)
+
+
+def load_hand_and_grasp(description: HandDescription) -> tuple[HandModel, GraspDescription]:
+    """The model of a built hand and how it closes, all of whose joints and pads are there by name.
+
+    Raises:
+        ConfigError: The hand's file and its model name different joints or pads; all are listed.
+        HandError: Model or grasp cannot be read, or name different joints.
+    """
+    if not description.grasp and Path(description.hand).is_file():
+        raise ConfigError(
+            f"the hand's file names the model {description.hand} but not how it closes: say so under `grasp`, "
+            "with a file like vtgtsam/grasp/isyhand.yaml"
+        )
+    grasp = load_grasp(description.grasp or description.hand)
+    hand = grasp.load_hand()
+    grasp.check(hand)
+    if found := misfits(description, hand):
+        raise ConfigError(f"the hand's file does not fit hand {hand.name!r}: {'; '.join(found)}")
+    without = sorted(set(grasp.ranks()) - set(description.joint_names))
+    if without:
+        raise ConfigError(f"the grasp closes joints without a servo: {', '.join(without)}")
+    return hand, grasp

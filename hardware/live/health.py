@@ -23,7 +23,7 @@ from hardware.tactile.board import PadBoard, PadBoardError
 from hardware.tactile.pressure import PadCalibrationError, load_scale, measure_baseline
 from vtgtsam.exceptions import ConfigError, RecordingError, VtgtsamError
 
-from .preflight import load_hand_and_grasp
+from .devices import load_hand_and_grasp
 
 NEW = 1  # id of a servo as delivered
 _ASKED = 6  # times, whether answers come whole

@@ -10,6 +10,17 @@ same poses: once it has fused an instant, the streams are sealed up to it. A sam
 with an earlier stamp is refused: neither fused nor recorded, but counted.
 
 Instants are whole nanoseconds since the run began, as they are recorded.
+
+How old a stream may be, and what happens when it is older:
+
+| stream | older than | what happens |
+|---|---|---|
+| joints, pads | 0.1 s | the fingers wait where they are; nothing is fused |
+| joints, pads | 1 s | the run ends, torque off |
+| vision | 0.2 s | the visual pose is left out; touch and the hand's shape go on alone |
+
+What a single servo does wrong (silence, heat, overload) is judged in ``hardware.servo.safety``, in the
+cycle in which it shows.
 """
 
 from __future__ import annotations

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 import yaml
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
 
 from hardware.camera.wrist import TagMount
 from hardware.tactile.wiring import PadWiring
@@ -25,6 +25,7 @@ DATA = Path(__file__).parents[1] / "data"
 
 _TICK = 2 * math.pi / TICKS_PER_TURN  # [rad]
 _ServoName = Literal["XL330-M288-T", "XC330-M288-T", "XC330-T288-T"]
+_Name = Annotated[str, BeforeValidator(lambda name: str(name) if type(name) is int else name)]
 _Gain = Annotated[int, Field(ge=0, le=X330["position_p_gain"].high)]
 
 
@@ -54,7 +55,7 @@ class Joint(_Model):
         servo: The servo's model where it is not the hand's.
     """
 
-    name: str
+    name: _Name
     id: int = Field(ge=0, le=X330["id"].high)
     sign: Literal[1, -1]
     zero: int = Field(ge=0, lt=TICKS_PER_TURN)

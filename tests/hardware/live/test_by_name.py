@@ -15,10 +15,10 @@ import pytest
 
 from hardware.device import PadState
 from hardware.emulate.servos import ServoLineEmulator
+from hardware.live.devices import load_hand_and_grasp
 from hardware.live.fingers import Fingers
 from hardware.live.fusion import STREAMS, Fusion, as_recorded
 from hardware.live.health import check_model
-from hardware.live.preflight import load_hand_and_grasp
 from hardware.live.recorder import Recorder
 from hardware.live.streams import RunClock, Streams
 from hardware.servo.description import load_description

@@ -15,9 +15,8 @@ from hardware.camera.camera import Camera, CameraError, CameraFrame
 from hardware.device import PadDevice, PadState
 from hardware.emulate.servo import OVERLOAD
 from hardware.emulate.servos import ServoLineEmulator
-from hardware.live.devices import Devices
+from hardware.live.devices import Devices, load_hand_and_grasp
 from hardware.live.fingers import Phase
-from hardware.live.preflight import load_hand_and_grasp
 from hardware.live.session import Plan, carry_out
 from hardware.live.streams import LiveError
 from hardware.servo.bus import ServoError

@@ -188,7 +188,7 @@ class TestAnotherHand:
         gains = {"P": 600, "I": 0, "D": 200}
         joints = [
             {
-                "name": str(i),
+                "name": i,
                 "id": i,
                 "sign": 1,
                 "zero": 2048,
