@@ -43,8 +43,7 @@ class TestZerosNearTheSeam:
             line.servos[13].reboot()
             assert line.servos[13].get("present_position") == 3596
 
-    @pytest.mark.parametrize("zero", [0, 100, 2048, 4095])
-    @pytest.mark.parametrize("sign", [1, -1])
+    @pytest.mark.parametrize(("zero", "sign"), [(0, -1), (100, 1), (4095, 1), (2048, -1)])
     def test_angles_and_commands_do_not_know_of_it(self, description, line, zero, sign):
         description = with_joint(description, "index_proximal", zero=zero, sign=sign)
         tick = 2 * np.pi / 4096
