@@ -90,6 +90,17 @@ def _calibrations(folder, camera):
     return ["--scale", str(folder / "pads.yaml"), "--wrist", str(folder / "wrist.yaml")]
 
 
+def _start_of(path):
+    """The object's first true pose in the hand frame, as ``--start`` takes it."""
+    from hardware.live.find import as_start
+    from vtgtsam.vision.first_pose import Candidate
+
+    recording = read_recording(path)
+    first = recording.measurements()[0]
+    T_co = recording.truth_at([first.time])[0]
+    return as_start(Candidate(T_co, 1.0, 0.0), first.T_wh)
+
+
 @pytest.mark.slow
 def test_a_hand_on_real_ports_is_run_by_the_same_command(tmp_path, emulated_run):
     """Another process serves the ports, a recording is the camera; nothing here says --emulate."""
@@ -104,11 +115,12 @@ def test_a_hand_on_real_ports_is_run_by_the_same_command(tmp_path, emulated_run)
         code, text, err = _run(
             *("run", "--object", "can", "--hand", str(hand_file), "--yes", "--seconds", "3"),
             *("--servos", ports["servos"], "--pads", ports["pads"], "--camera", str(seen)),
-            *(*_calibrations(tmp_path, seen), "--record", str(out)),
+            *(*_calibrations(tmp_path, seen), "--record", str(out), "--start", _start_of(seen)),
         )
         assert code == 0, text + err
         assert "The hand will move" in text  # a person is told, even where nobody is asked
-        assert "found can at --start" in text
+        assert "from where the wrist calibration puts it" in text
+        assert "baseline of 16 pads measured" in text
         assert "torque is off" in text
         recording = read_recording(out)
         assert recording.info["emulated"] == "no"

@@ -70,3 +70,24 @@ def test_a_full_disk_is_not_silent():
         Recorder(FullDisk()) as recorder,
     ):
         recorder.write("joint_states", 0, 1.0)
+
+
+def test_images_that_could_not_be_recorded_in_time_are_told():
+    gate = threading.Event()
+
+    class Slow:
+        path = "out.mcap"
+
+        def depth(self, time, image):
+            gate.wait(30)
+
+        def close(self):
+            pass
+
+    with Recorder(Slow()) as recorder:
+        assert recorder.remarks() == []
+        for k in range(100):
+            recorder.write_image("depth", k, None)
+        gate.set()
+    assert recorder.images_dropped > 30
+    assert "images are missing in the recording" in recorder.remarks()[0]

@@ -9,9 +9,12 @@ import numpy as np
 import pytest
 from pad_hand import PADS, EmulatedPads
 
+from hardware.emulate.pad_signal import PadSignal, bench_scale, pad_parameters
 from hardware.emulate.pads import PadBoardEmulator
+from hardware.servo.description import load_description
 from hardware.tactile.board import BoardCounts, FrameTimer, PadBoard, PadBoardError
 from hardware.tactile.frame import Frame, encode
+from hardware.tactile.pressure import BoardPads
 
 RATE = 500.0  # [Hz], ten times the real board's, so that few seconds hold many frames
 
@@ -231,3 +234,25 @@ def test_a_burst_of_bytes_gives_its_frames_their_own_instants():
     finally:
         os.close(master)
         os.close(slave)
+
+
+def test_what_went_wrong_with_board_and_wires_is_told(caplog):
+    wiring = load_description("isyhand").pads
+    names = tuple(wiring.pad_names)
+    seed = np.random.SeedSequence(0)
+    parameters = pad_parameters(wiring, seed)
+    signal = PadSignal(parameters, np.random.default_rng(0))
+    still = np.zeros(len(names))
+    with PadBoardEmulator(wiring, signal, lambda t: (still, still)) as emulator:
+        with BoardPads(emulator.path, wiring, bench_scale(wiring, parameters), names) as pads:
+            assert pads.prepare() == "baseline of 16 pads measured"
+            start = time.monotonic()
+            emulator.faults.opened = (5,)
+            wait_until(lambda: len(pads.since(start)) > 5)
+            assert pads.remarks()[0].startswith("pad_index_distal was open or shorted in ")
+            assert (
+                caplog.text.count("pad_index_distal is open or shorted") == 1
+            )  # once, not 50 times a second
+            assert not pads.since(start)[-1][1].contacts[names.index("pad_index_distal")]
+            emulator.restart()
+            wait_until(lambda: any("restarted once" in text for text in pads.remarks()))
