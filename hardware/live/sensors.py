@@ -23,7 +23,7 @@ log = logging.getLogger(__name__)
 
 _POLL = 0.005  # [s], how long a reading may lie in the board's buffer
 _RETRY = 0.2  # [s], after a camera gave no image
-OLD = 1.0  # [s], an image that is taken for older than this, or for younger than now, has a wrong stamp
+OLD = 3.0  # [s], an image that is taken for older than this, or for younger than now, has a wrong stamp
 
 
 class NoPads(PadDevice):
