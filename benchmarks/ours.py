@@ -7,11 +7,11 @@ from typing import Any
 
 import gtsam
 import numpy as np
+from gtsam.symbol_shorthand import X
 
 from vtgtsam import EstimatorConfig, GridSdf, Measurement, ObjectModel, Pad, PadSet, PoseEstimator
-from vtgtsam.frame import check
-from vtgtsam.objective import cost, linearize
-from vtgtsam.solvers.graph import OBJECT, GraphBuilder
+from vtgtsam.graph import build_graph
+from vtgtsam.sdf.search import ClosestPoints
 
 from .clock import timed
 from .problem import Problem
@@ -25,7 +25,6 @@ class Ours:
         problem: The problem.
         solver: "lm" or "fixed-damping".
         obj: The problem's object; made from its grid where not given.
-        engine: "compiled" or "gtsam".
     """
 
     def __init__(
@@ -33,16 +32,14 @@ class Ours:
         problem: Problem,
         solver: str = "lm",
         obj: ObjectModel | None = None,
-        engine: str = "compiled",
     ) -> None:
-        self.name = f"vtgtsam {solver}" + (", GTSAM's optimiser" if engine == "gtsam" else "")
+        self.name = f"vtgtsam {solver}"
         if obj is None:
             field = GridSdf(problem.values, problem.lower, problem.upper)
             obj = ObjectModel("object", field)
-        self.estimator = PoseEstimator(
-            pad_set(problem), obj, config(problem, solver=solver, engine=engine)
-        )
+        self.estimator = PoseEstimator(pad_set(problem), obj, config(problem, solver=solver))
         self.measurements = measurements(problem)
+        self._closest = ClosestPoints(self.estimator.hand, obj.sdf)
 
     def solve(self, frame: int, T_start: np.ndarray, batch: int = 1) -> Solved:
         """Solve frames [frame, frame + batch); only ``batch`` 1, since a frame is an update."""
@@ -53,17 +50,13 @@ class Ours:
         return Solved(estimate.T_wo.matrix()[None], time)
 
     def linearise(self, frame: int, T_wo: np.ndarray) -> Linearised:
-        """The frame's objective at T_wo (4, 4), as the estimator's engine has it."""
-        objective, settings = self.estimator._objective, self.estimator.config
-        checked = check(self.measurements[frame], self.estimator.hand)
-        objective.place(checked)
-        if settings.engine == "gtsam":
-            graph, values = GraphBuilder(objective.hand, settings).build(checked), gtsam.Values()
-            values.insert(OBJECT, gtsam.Pose3(T_wo))
-            return Linearised(graph.error(values), *graph.linearize(values).hessian())
-        information, gradient = np.empty((6, 6)), np.empty(6)
-        linearize(T_wo, *objective.tables, information, gradient)
-        return Linearised(cost(T_wo, *objective.tables), information, gradient)
+        """The frame's objective at T_wo (4, 4)."""
+        graph = build_graph(
+            self.measurements[frame], self._closest, X(0), self.estimator.config
+        )
+        values = gtsam.Values()
+        values.insert(X(0), gtsam.Pose3(T_wo))
+        return Linearised(graph.error(values), *graph.linearize(values).hessian())
 
     def close(self) -> None:
         """Nothing to let go of."""
@@ -90,7 +83,7 @@ def config(problem: Problem, **overrides: Any) -> EstimatorConfig:
         "w_tac": problem.w_tac,
         "w_pen": problem.w_pen,
     }
-    return EstimatorConfig(**(settings | overrides))
+    return EstimatorConfig.simulation(**(settings | overrides))
 
 
 def measurements(problem: Problem) -> list[Measurement]:

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any, Literal, NamedTuple
+from typing import Annotated, Any, Literal, NamedTuple, TypedDict, Unpack
 
 import yaml
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
@@ -15,82 +15,105 @@ from .input.plain import plain
 from .input.text import read_yaml
 
 Method = Literal["vis", "vis+pen", "vis+tac+pen"]
+Solver = Literal["lm", "fixed-damping"]
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-Finite = Annotated[float, Field(allow_inf_nan=False)]
+# 1 / sigma^2 with sigmas between a nanometre and a thousand kilometres: beyond, products of weights lose all digits.
+Weight = Annotated[float, Field(ge=1e-12, le=1e18, allow_inf_nan=False)]
+LogTheta = Annotated[float, Field(ge=-100, le=100, allow_inf_nan=False)]
 
 
 class VisualWeight(NamedTuple):
     """Separate weights, since a radian and a metre are not the same size of error."""
 
-    rotation: Positive  # [1/rad^2]
-    translation: Positive  # [1/m^2]
+    rotation: Weight  # [1/rad^2]
+    translation: Weight  # [1/m^2]
+
+
+class Settings(TypedDict, total=False):
+    """The fields of an ``EstimatorConfig``, so that editors and type checkers know what a preset can override."""
+
+    method: Method
+    solver: Solver
+    iterations: int
+    damping: float
+    log_theta_vis: float
+    log_theta_tac: float
+    w_vis: float | VisualWeight | tuple[float, float]
+    use_visual_covariance: bool
+    w_tac: float
+    w_pen: float
+    recover: bool
 
 
 class EstimatorConfig(BaseModel):
-    """Settings of a ``PoseEstimator``; the plain constructor gives the literal reading of the paper.
+    """Settings of a ``PoseEstimator``; the plain constructor gives the recommended ones.
 
     Cost: 1/2 sum rho(w ||r||^2) with Welsch's rho(e) = theta - theta exp(-e / theta) for the visual and
     the tactile terms, and no robust loss for penetration (paper, section III-E).
+
+    In the recommended settings each weight is 1 / sigma^2 of an error that a robot really has, each theta a number of
+    sigmas squared. So radians and metres are weighed apart, a visual pose's own uncertainty is on the same scale (and is
+    used where it is known), and the covariance is one in rad and m. ``simulation`` and ``real_world`` are the paper's.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     method: Method = Field("vis+tac+pen", description="which measurements are fused")
-    solver: Literal["lm", "fixed-damping"] = Field(
+    solver: Solver = Field(
         "lm",
         description="GTSAM's Levenberg-Marquardt, or steps of constant damping as Theseus takes",
     )
     iterations: int = Field(5, ge=1, le=1000, description="most iterations a frame")
     damping: Positive = Field(
-        0.02, description="damping lambda added to J'J; for lm its first value"
+        100.0,  # a thousandth of the visual translation weight
+        description="damping lambda added to J'J; for lm its first value",
     )
-    log_theta_vis: Finite = Field(-6.5, description="log of the visual Welsch loss's theta")
-    log_theta_tac: Finite = Field(0.0, description="log of the tactile Welsch loss's theta")
-    w_vis: Positive | VisualWeight = Field(
-        1.0, description="visual weight, one number or (rotation [1/rad^2], translation [1/m^2])"
+    log_theta_vis: LogTheta = Field(
+        5.0,  # 12 sigmas: 21 degrees or 37 mm
+        description="log of the visual Welsch loss's theta",
+    )
+    log_theta_tac: LogTheta = Field(
+        3.4,  # 5.5 sigmas: a contact farther than 5 mm from the object is false
+        description="log of the tactile Welsch loss's theta",
+    )
+    w_vis: Weight | VisualWeight = Field(
+        VisualWeight(rotation=1 / 0.03**2, translation=1 / 0.003**2),
+        description="visual weight, one number or (rotation [1/rad^2], translation [1/m^2])",
     )
     use_visual_covariance: bool = Field(
-        False,
+        True,
         description="whether a visual pose's own covariance, where it brings one, replaces w_vis",
     )
-    w_tac: Positive = Field(1.0, description="weight of each touching pad's distance [1/m^2]")
-    w_pen: Positive = Field(1.0, description="weight of each pad's penetration [1/m^2]")
-    recover: bool = Field(False, description="whether a lost estimate starts again from vision")
-    engine: Literal["compiled", "gtsam"] = Field(
-        "compiled",
-        description="who takes the solver's steps: compiled code, or GTSAM's optimiser over the factor graph; "
-        "the poses are the same, the first is several times faster",
+    w_tac: Weight = Field(
+        1 / 0.001**2,  # joint zeros, and an object that is not quite its mesh
+        description="weight of each touching pad's distance [1/m^2]",
     )
+    w_pen: Weight = Field(
+        1 / 0.0005**2, description="weight of each pad's penetration [1/m^2]"
+    )
+    recover: bool = Field(True, description="whether a lost estimate starts again from vision")
 
     @classmethod
-    def simulation(cls, **overrides: Any) -> EstimatorConfig:
+    def simulation(cls, **overrides: Unpack[Settings]) -> EstimatorConfig:
         """The paper's settings for its simulation (table I); its weights are not given: 1, 1, 1."""
+        return cls(**(_PAPER | overrides))
+
+    @classmethod
+    def real_world(cls, **overrides: Unpack[Settings]) -> EstimatorConfig:
+        """The paper's settings for its real hand (table I); its weights are not given: 1, 1, 1."""
+        return cls(**(_PAPER | _REAL_WORLD | overrides))
+
+    @classmethod
+    def tuned(cls, **overrides: Unpack[Settings]) -> EstimatorConfig:
+        """The recommended settings, as the plain constructor gives them."""
         return cls(**overrides)
 
-    @classmethod
-    def real_world(cls, **overrides: Any) -> EstimatorConfig:
-        """The paper's settings for its real hand (table I); its weights are not given: 1, 1, 1."""
-        preset = {"iterations": 2, "log_theta_vis": -5.0, "log_theta_tac": -7.5}
-        return cls(**(preset | overrides))
-
-    @classmethod
-    def tuned(cls, **overrides: Any) -> EstimatorConfig:
-        """Our settings: each weight is 1 / sigma^2 of an error a robot really has, each theta a number of sigmas.
-
-        So radians and metres are weighed apart, a visual pose's own uncertainty is on the same scale (and is
-        used where it is known), and the covariance is one in rad and m. A lost estimate starts again from vision.
-        """
-        preset: dict[str, Any] = {
-            "w_vis": VisualWeight(rotation=1 / 0.03**2, translation=1 / 0.003**2),
-            "use_visual_covariance": True,
-            "w_tac": 1 / 0.001**2,  # joint zeros, and an object that is not quite its mesh
-            "w_pen": 1 / 0.0005**2,
-            "log_theta_vis": 5.0,  # 12 sigmas: 21 degrees or 37 mm
-            "log_theta_tac": 3.4,  # 5.5 sigmas: a contact farther than 5 mm from the object is false
-            "damping": 100.0,  # a thousandth of the visual translation weight
-            "recover": True,
+    def differences(self) -> dict[str, Any]:
+        """Settings that are not the recommended ones, by name."""
+        recommended = EstimatorConfig()
+        return {
+            name: value for name, value in self if value != getattr(recommended, name)
         }
-        return cls(**(preset | overrides))
 
     @property
     def visual_weights(self) -> VisualWeight:
@@ -101,10 +124,12 @@ class EstimatorConfig(BaseModel):
 
     @classmethod
     def from_yaml(cls, path: str | Path) -> EstimatorConfig:
-        """Read settings from a YAML file; what it leaves out has its default.
+        """Read settings from a YAML file; what it leaves out is as recommended, or as in the preset that it names.
+
+        ``preset: simulation`` (or ``real_world``, ``tuned``) begins with that preset's settings.
 
         Raises:
-            ConfigError: The file cannot be read, or names an unknown setting or a wrong value.
+            ConfigError: The file cannot be read, or names an unknown preset or setting or a wrong value.
         """
         settings = read_yaml(Path(path), ConfigError, "settings from ")
         if settings is None:
@@ -113,8 +138,11 @@ class EstimatorConfig(BaseModel):
             raise ConfigError(
                 f"{path}: expected a mapping of setting to value, got a {type(settings).__name__}"
             )
+        preset = str(settings.pop("preset", "tuned"))
+        if preset not in PRESETS:
+            raise ConfigError(f"{path}: preset must be one of {', '.join(PRESETS)}, got {preset!r}")
         try:
-            return cls(**{str(key): value for key, value in settings.items()})
+            return PRESETS[preset](**{str(key): value for key, value in settings.items()})
         except ValidationError as error:
             raise ConfigError(f"{path}: {_sentence(error)}") from error
 
@@ -128,6 +156,25 @@ class EstimatorConfig(BaseModel):
             }
         Path(path).write_text(yaml.safe_dump(settings, sort_keys=False), encoding="utf-8")
 
+
+# Table I of the paper, and the literal reading of what it leaves open: no weights, no recovery, no covariances.
+_PAPER: Settings = {
+    "damping": 0.02,
+    "log_theta_vis": -6.5,
+    "log_theta_tac": 0.0,
+    "w_vis": 1.0,
+    "use_visual_covariance": False,
+    "w_tac": 1.0,
+    "w_pen": 1.0,
+    "recover": False,
+}
+_REAL_WORLD: Settings = {"iterations": 2, "log_theta_vis": -5.0, "log_theta_tac": -7.5}
+
+PRESETS = {
+    "simulation": EstimatorConfig.simulation,
+    "real_world": EstimatorConfig.real_world,
+    "tuned": EstimatorConfig.tuned,
+}
 
 _MUST_BE = {  # by the type of pydantic's error
     "greater_than": "above {gt:g}",

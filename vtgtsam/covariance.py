@@ -3,98 +3,62 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
-
-from .cholesky import factorize, invert
-from .compiled import compiled
 
 LEVER = 0.1  # [m], a radian is weighed as this many metres: the size of an object in a hand
 # To information about metres in all six directions.
 _SCALE = np.array([1 / LEVER] * 3 + [1.0] * 3)
+_SCALES = np.outer(_SCALE, _SCALE)
 _ROUNDING = 1e-9  # an eigenvalue this far below the largest is rounding
 _NOTHING = 1e-12  # [1/m^2], less is no information: a standard deviation of 1000 km
 
 
-@compiled
-def all_held(information: Any, share: float) -> bool:
+def all_held(information: np.ndarray, share: float) -> bool:
     """Whether in all six directions the information is at least ``share`` of that in the best one.
 
     Args:
         information: Information about a pose, (6, 6), rotation [1/rad^2] first, then translation [1/m^2].
         share: Smallest share of the largest eigenvalue, after scaling radians to metres with ``LEVER``.
     """
-    scaled = np.empty((6, 6))
-    least, most = np.inf, 0.0
-    for i in range(6):
-        for j in range(6):
-            scaled[i, j] = _SCALE[i] * information[i, j] * _SCALE[j]
-        least, most = min(least, scaled[i, i]), max(most, scaled[i, i])
-    if least <= max(share * most, _NOTHING):  # eigenvalues reach at least as far as the diagonal
-        return False
-    eigenvalues = np.linalg.eigvalsh(scaled)
-    return eigenvalues[0] > max(share * eigenvalues[-1], _NOTHING)  # type: ignore[no-any-return]
+    eigenvalues = np.linalg.eigvalsh(_SCALES * information)
+    return bool(eigenvalues[0] > max(share * eigenvalues[-1], _NOTHING))
 
 
-@compiled
-def covariance_of(information: Any) -> Any:
-    """Inverse of an information matrix (6, 6), infinite along the directions that nothing measures.
+def covariance_of(information: np.ndarray) -> np.ndarray:
+    """Inverse of an information matrix, (6, 6), infinite along the directions that nothing measures.
 
     An entry is infinite (with the sign of the growth) where an unmeasured direction involves both its row and
     its column; the other entries are those of the pseudo-inverse.
     """
-    scaled, covariance = np.empty((6, 6)), np.empty((6, 6))
-    for i in range(6):
-        for j in range(6):
-            scaled[i, j] = _SCALE[i] * information[i, j] * _SCALE[j]
-    if not _inverse(scaled, covariance):
-        _pseudo_inverse(scaled, covariance)
-    for i in range(6):
-        for j in range(6):
-            covariance[i, j] *= _SCALE[i] * _SCALE[j]
-    return covariance
+    scaled = _SCALES * information
+    inverse = _well_known(scaled)
+    found: np.ndarray = (_pseudo_inverse(scaled) if inverse is None else inverse) * _SCALES
+    return found
 
 
-@compiled
-def _inverse(A: Any, inverse: Any) -> bool:
-    """Inverse of a symmetric matrix (6, 6), and whether all directions are known by it.
+def _well_known(information: np.ndarray) -> np.ndarray | None:
+    """The inverse where it says by itself that all directions are known.
 
-    The least eigenvalue is at least 1 / |A^-1| and the largest at most the trace, so that no eigenvalue needs to be
-    computed where all are large enough.
+    The least eigenvalue is at least 1 / ||A^-1|| and the largest at most the trace, so that none needs to be computed.
     """
-    L, M = np.empty((6, 6)), np.zeros((6, 6))
-    if not factorize(A, 0.0, L):
-        return False
-    invert(L, M)
-    squared, trace = 0.0, 0.0
-    for i in range(6):
-        trace += A[i, i]
-        for j in range(6):
-            inverse[i, j] = 0.0
-            for k in range(6):
-                inverse[i, j] += M[k, i] * M[k, j]
-            squared += inverse[i, j] * inverse[i, j]
-    return 1.0 / np.sqrt(squared) > max(_ROUNDING * trace, _NOTHING)  # type: ignore[no-any-return]
+    try:
+        inverse: np.ndarray = np.linalg.inv(information)
+    except np.linalg.LinAlgError:
+        return None
+    flat = inverse.ravel()
+    least = max(2 * _ROUNDING * information.trace(), _NOTHING)
+    return inverse if least**2 * flat.dot(flat) < 1.0 else None
 
 
-@compiled
-def _pseudo_inverse(A: Any, inverse: Any) -> None:
-    """Inverse of a symmetric matrix (6, 6) along the eigenvectors whose eigenvalues are no rounding, infinite else."""
-    eigenvalues, vectors = np.linalg.eigh(A)
-    least = max(_ROUNDING * eigenvalues[-1], _NOTHING)
-    unknown = np.zeros((6, 6))
-    for i in range(6):
-        for j in range(6):
-            inverse[i, j] = 0.0
-            for n in range(6):
-                outer = vectors[i, n] * vectors[j, n]
-                if eigenvalues[n] > least:
-                    inverse[i, j] += outer / eigenvalues[n]
-                else:
-                    unknown[i, j] += outer
-    for i in range(6):
-        for j in range(6):
-            size = np.sqrt(unknown[i, i] * unknown[j, j])
-            if abs(unknown[i, j]) > _ROUNDING * max(size, 1.0):
-                inverse[i, j] = np.copysign(np.inf, unknown[i, j])
+def _pseudo_inverse(information: np.ndarray) -> np.ndarray:
+    """The inverse along the eigenvectors whose eigenvalues are no rounding, infinite along the others."""
+    eigenvalues, vectors = np.linalg.eigh(information)
+    known = eigenvalues > max(_ROUNDING * eigenvalues[-1], _NOTHING)
+    seen = vectors[:, known]
+    covariance = seen / eigenvalues[known] @ seen.T
+    if not known.all():
+        blind = vectors[:, ~known] @ vectors[:, ~known].T
+        size = np.sqrt(np.outer(blind.diagonal(), blind.diagonal()))
+        free = np.abs(blind) > _ROUNDING * np.maximum(size, 1.0)
+        covariance[free] = np.copysign(np.inf, blind[free])
+    return covariance  # type: ignore[no-any-return]

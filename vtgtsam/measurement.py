@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import gtsam
@@ -26,11 +26,11 @@ class Measurement:
             in the hand's ``joint_names`` order. None where ``T_wp`` is given.
         T_wo_visual: The object's pose in the world as the visual tracker reports it, or None where
             it reports nothing this frame.
-        T_wh: Pose of the hand's root frame in the world.
-        T_wp: Poses of the pads in the world, shape (K, 4, 4). Where given, ``joints`` and ``T_wh``
-            are not used.
-        visual_sigma: Standard deviation of the visual pose, (rotation [rad], translation [m]).
-            Replaces the configured visual weight by 1/sigma^2 for this frame.
+        T_wh: Pose of the hand's root frame in the world. Where it is None, a hand with joints stands at the world's
+            origin, and one with pad poses moves with them: by the rigid motion that fits all pads best between two frames.
+        T_wp: Poses of the pads in the world, shape (K, 4, 4). Where given, ``joints`` are not used.
+        visual_sigma: Standard deviation of the visual pose, (rotation [rad], translation [m]), two positive
+            numbers. Replaces the configured visual weight by 1/sigma^2 for this frame.
         visual_covariance: Covariance of the visual pose, shape (6, 6), right perturbation, rotation [rad]
             first, then translation [m]. Takes the weight's place where the configuration says
             ``use_visual_covariance`` and no ``visual_sigma`` is given.
@@ -40,7 +40,7 @@ class Measurement:
     contacts: ArrayLike | Mapping[str, bool]
     joints: ArrayLike | Mapping[str, float] | None = None
     T_wo_visual: gtsam.Pose3 | None = None
-    T_wh: gtsam.Pose3 = field(default_factory=gtsam.Pose3)
+    T_wh: gtsam.Pose3 | None = None
     T_wp: np.ndarray | None = None
     visual_sigma: tuple[float, float] | None = None
     visual_covariance: np.ndarray | None = None

@@ -57,6 +57,17 @@ def inlined_fast(function: Callable[P, R]) -> Callable[P, R]:
     return _part(function, fastmath={"reassoc", "contract", "nsz", "arcp", "nnan"})
 
 
+def on_disk(function: Callable[..., object]) -> bool:
+    """Whether the machine code of a compiled function is kept from an earlier process."""
+    stats = getattr(function, "stats", None)
+    if stats is None:  # nothing is compiled: NUMBA_DISABLE_JIT
+        return True
+    if stats.cache_path is None:
+        return False
+    name = f"{function.__module__.rsplit('.', 1)[-1]}.{function.__qualname__}"
+    return any(Path(stats.cache_path).glob(f"{name}-*.nbi"))
+
+
 def _compile(function: Callable[P, R], **options: Any) -> Callable[P, R]:
     options |= {"error_model": "numpy", "no_cfunc_wrapper": True}
     try:

@@ -8,15 +8,8 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import get_args
 
-from ..config import EstimatorConfig, Method
+from ..config import PRESETS, EstimatorConfig, Method
 from ..exceptions import ConfigError
-
-PRESETS = {
-    "simulation": EstimatorConfig.simulation,
-    "real_world": EstimatorConfig.real_world,
-    "tuned": EstimatorConfig.tuned,
-}
-
 
 def load_config(config: EstimatorConfig | str | os.PathLike[str]) -> EstimatorConfig:
     """A configuration as it is, a preset by its name, or one read from a YAML file.

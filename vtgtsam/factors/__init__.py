@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: MIT
-"""The terms of a frame's cost, one a file, each with its formula and compiled; and the GTSAM factors that hold them."""
+"""The terms of a frame's cost, one a file: formula, residual and Jacobian side by side, then the GTSAM factor."""

@@ -67,50 +67,6 @@ def checked_factor(
     return gtsam.CustomFactor(noise, list(keys), checked)
 
 
-def filled_factor(
-    key: int,
-    fill: Callable[[np.ndarray], bool],
-    losses: np.ndarray,
-    rows: np.ndarray,
-    jacobian: np.ndarray,
-) -> gtsam.CustomFactor:
-    """A factor on one pose whose losses are its own: GTSAM's noise model is the unit one.
-
-    Args:
-        key: Key of the pose.
-        fill: Fills the three arrays for a pose (4, 4), in C order; returns whether all is finite.
-        losses: Square roots of the rows' losses, which GTSAM adds up to the error 1/2 sum rho, shape (N,).
-        rows: Weighted residuals, which it linearizes, shape (N,).
-        jacobian: Their weighted Jacobian, shape (N, 6).
-
-    Raises:
-        FactorError: The arrays do not fit together; later, out of the optimiser, where what is filled is not finite.
-    """
-    count = len(rows)
-    for array, shape in (
-        (losses, (count,)),
-        (rows, (count,)),
-        (jacobian, (count, POSE3_DIMENSION)),
-    ):
-        if array.shape != shape or array.dtype != np.float64:
-            raise FactorError(
-                f"expected an array of doubles of shape {shape}, got {array.dtype} of shape {array.shape}"
-            )
-
-    def filled(
-        factor: gtsam.CustomFactor, values: gtsam.Values, jacobians: list[np.ndarray] | None
-    ) -> np.ndarray:
-        pose = np.ascontiguousarray(values.atPose3(key).matrix())
-        if not fill(pose):
-            raise FactorError(f"the factor is not finite at the pose\n{pose}")
-        if jacobians is None:
-            return losses
-        jacobians[0] = jacobian
-        return rows
-
-    return gtsam.CustomFactor(gtsam.noiseModel.Unit.Create(count), [key], filled)
-
-
 class _Jacobians(list[Any]):
     """The list a callback fills; GTSAM's own cannot be written in place, and says so badly."""
 
@@ -127,7 +83,7 @@ class _Jacobians(list[Any]):
 def _check_sigmas(noise: gtsam.noiseModel.Base) -> None:
     gaussian = noise.noise() if isinstance(noise, gtsam.noiseModel.Robust) else noise
     sigmas = gaussian.sigmas()
-    if not (np.isfinite(sigmas).all() and (sigmas > 0).all()):
+    if not (sigmas.min() > 0.0 and sigmas.max() < np.inf):
         raise FactorError(f"the noise model's sigmas must be finite and positive, got {sigmas}")
 
 

@@ -9,6 +9,7 @@ norm e: the same with c = sqrt(theta) = exp(log(theta) / 2).
 from __future__ import annotations
 
 import math
+from functools import cache
 
 import gtsam
 import numpy as np
@@ -17,33 +18,34 @@ from gtsam import noiseModel
 _Scheme = noiseModel.mEstimator.Base.ReweightScheme
 
 
-def theta(log_theta: float) -> float:
-    """Welsch's theta, in squares of sigmas."""
-    return math.exp(log_theta)
-
-
-def sqrt_information(rotation_weight: float, translation_weight: float) -> np.ndarray:
-    """R with R'R the information about a pose, (6, 6), rotation [1/rad^2] first, translation [1/m^2] after."""
-    return np.diag(np.repeat([math.sqrt(rotation_weight), math.sqrt(translation_weight)], 3))
-
-
+@cache
 def pose_noise(rotation_weight: float, translation_weight: float) -> gtsam.noiseModel.Base:
     """Gaussian noise on a pose's tangent vector, rotation [1/rad^2] first, translation [1/m^2] after."""
     sigmas = np.repeat([1.0 / math.sqrt(rotation_weight), 1.0 / math.sqrt(translation_weight)], 3)
     return noiseModel.Diagonal.Sigmas(sigmas)
 
 
-def gaussian(covariance: np.ndarray) -> gtsam.noiseModel.Base:
-    """Gaussian noise of a full covariance, symmetric and positive definite."""
-    return noiseModel.Gaussian.Covariance(covariance)
+@cache
+def distance_noise(count: int, weight: float) -> gtsam.noiseModel.Base:
+    """The same Gaussian noise on each of ``count`` distances, weight [1/m^2]."""
+    return noiseModel.Isotropic.Sigma(count, 1.0 / math.sqrt(weight))
 
 
 def welsch_of_norm(noise: gtsam.noiseModel.Base, log_theta: float) -> gtsam.noiseModel.Robust:
     """One Welsch loss on the norm of the whole whitened residual."""
-    loss = noiseModel.mEstimator.Welsch.Create(math.exp(log_theta / 2), _Scheme.Block)
-    return noiseModel.Robust.Create(loss, noise)
+    return noiseModel.Robust.Create(_welsch(log_theta, _Scheme.Block), noise)
+
+
+def welsch_of_rows(noise: gtsam.noiseModel.Base, log_theta: float) -> gtsam.noiseModel.Robust:
+    """A Welsch loss on each row of the whitened residual by itself."""
+    return noiseModel.Robust.Create(_welsch(log_theta, _Scheme.Scalar), noise)
 
 
 def welsch_weight(squared_norm: np.ndarray | float, log_theta: float) -> np.ndarray:
     """How much a whitened residual still counts, in [0, 1]: rho'(e) = exp(-e / theta)."""
     return np.exp(-np.asarray(squared_norm) / math.exp(log_theta))
+
+
+@cache
+def _welsch(log_theta: float, scheme: _Scheme) -> noiseModel.mEstimator.Welsch:
+    return noiseModel.mEstimator.Welsch.Create(math.exp(log_theta / 2), scheme)

@@ -1,20 +1,51 @@
 # SPDX-License-Identifier: MIT
-r"""The penetration term: object and hand do not interpenetrate (paper, eq. 2).
+r"""Penetration factor: object and hand do not interpenetrate (paper, eq. 2).
 
-With phi_k the signed distance of the pad's grid point that is closest to the object at the pose in question,
+With p_k the pad's grid point that is closest to the object at the pose in question, and phi the signed distance,
 
-    r_k(T_wo) = min(0, phi_k)    [m]    for every pad k, touching or not,
+    r_k(T_ho) = min(0, phi(T_ho^-1 p_k))    [m]    for every pad k, touching or not,
 
-which pushes the object out of the pad. Not robust: geometry has no outliers.
+which pushes the object out of the pad. The Jacobian is that of phi for a right perturbation of T_ho,
+[ (grad phi x p_o)^T  -grad phi^T ] with p_o = T_ho^-1 p_k, where the residual is negative, and zero elsewhere.
+Not robust: geometry has no outliers.
 """
 
 from __future__ import annotations
 
-from ..compiled import inlined
+import gtsam
+import numpy as np
+
+from .checked import checked_factor
+from .pad_distances import PadDistances
 
 
-@inlined
-def penetration_loss(phi: float, weight: float) -> float:
-    """Loss rho(e) = e = w min(0, phi)^2; the weight rho'(e) is 1."""
-    depth = min(0.0, phi)
-    return weight * depth * depth
+def penetration_residual(distances: np.ndarray) -> np.ndarray:
+    """Depths of pads in the object [m], negative, shape (K,), from their closest points' distances [m], shape (K,)."""
+    return np.minimum(distances, 0.0)
+
+
+def penetration_jacobian(distances: np.ndarray, jacobians: np.ndarray) -> np.ndarray:
+    """Derivative of ``penetration_residual``, shape (K, 6), from distances (K,) and their derivatives (K, 6)."""
+    return jacobians * (distances < 0.0)[:, None]  # type: ignore[no-any-return]
+
+
+def penetration_factor(
+    key: int, pads: PadDistances, noise: gtsam.noiseModel.Base
+) -> gtsam.CustomFactor:
+    """Push the object out of the hand's pads.
+
+    Args:
+        key: Key of the object's pose T_ho.
+        pads: The frame's pads.
+        noise: Noise model whose dimension is the number of pads, sigmas in [m].
+    """
+
+    def error(
+        factor: gtsam.CustomFactor, values: gtsam.Values, jacobians: list[np.ndarray] | None
+    ) -> np.ndarray:
+        contacts = pads.at(values.atPose3(key))
+        if jacobians is not None:
+            jacobians[0] = penetration_jacobian(contacts.distances, contacts.jacobians)
+        return penetration_residual(contacts.distances)
+
+    return checked_factor(noise, [key], error)

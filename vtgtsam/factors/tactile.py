@@ -1,26 +1,56 @@
 # SPDX-License-Identifier: MIT
-r"""The tactile term: a pad that reports contact touches the object's surface (paper, eq. 1).
+r"""Tactile factor: a pad that reports contact touches the object's surface (paper, eq. 1).
 
-With phi_k the signed distance of the pad's grid point that is closest to the object at the pose in question,
+With p_k the pad's grid point that is closest to the object at the pose in question, and phi the signed distance,
 
-    r_k(T_wo) = max(0, phi_k)    [m]    for each pad k in contact,
+    r_k(T_ho) = max(0, phi(T_ho^-1 p_k))    [m]    for each pad k in contact,
 
-so a gap pulls the surface onto the pad, and a penetration is left to the penetration term. Each pad has a Welsch loss
-of its own: an outlier silences itself only.
+so a gap pulls the surface onto the pad, and a penetration is left to the penetration factor. The Jacobian is that of
+phi for a right perturbation of T_ho, [ (grad phi x p_o)^T  -grad phi^T ] with p_o = T_ho^-1 p_k, where the residual is
+positive, and zero elsewhere.
+
+One factor holds all touching pads of a frame: one call from GTSAM instead of one a pad. Its robust noise model gives
+each row a Welsch loss of its own, so an outlier silences itself only.
 """
 
 from __future__ import annotations
 
-from typing import Any
-
+import gtsam
 import numpy as np
 
-from ..compiled import inlined
+from .checked import checked_factor
+from .pad_distances import PadDistances
 
 
-@inlined
-def tactile_loss(phi: float, weight: float, theta: float) -> Any:
-    """Loss rho(e) and the weight rho'(e) it leaves, for e = w max(0, phi)^2."""
-    gap = max(0.0, phi)
-    e = weight * gap * gap / theta
-    return -theta * np.expm1(-e), np.exp(-e)
+def tactile_residual(distances: np.ndarray) -> np.ndarray:
+    """Gaps of touching pads [m], shape (N,), from the signed distances of their closest points [m], shape (N,)."""
+    return np.maximum(distances, 0.0)
+
+
+def tactile_jacobian(distances: np.ndarray, jacobians: np.ndarray) -> np.ndarray:
+    """Derivative of ``tactile_residual``, shape (N, 6), from the distances (N,) and their derivatives (N, 6)."""
+    return jacobians * (distances > 0.0)[:, None]  # type: ignore[no-any-return]
+
+
+def tactile_factor(
+    key: int, pads: PadDistances, noise: gtsam.noiseModel.Base
+) -> gtsam.CustomFactor:
+    """Pull the object's surface onto the pads that report contact.
+
+    Args:
+        key: Key of the object's pose T_ho.
+        pads: The frame's pads.
+        noise: Noise model whose dimension is the number of touching pads, sigmas in [m].
+    """
+    (touching,) = pads.touching.nonzero()
+
+    def error(
+        factor: gtsam.CustomFactor, values: gtsam.Values, jacobians: list[np.ndarray] | None
+    ) -> np.ndarray:
+        contacts = pads.at(values.atPose3(key))
+        distances = contacts.distances.take(touching)
+        if jacobians is not None:
+            jacobians[0] = tactile_jacobian(distances, contacts.jacobians.take(touching, axis=0))
+        return tactile_residual(distances)
+
+    return checked_factor(noise, [key], error)

@@ -12,7 +12,7 @@ import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
 
-from ..frame import contact_bits, pad_poses
+from ..frame import contact_bits, hand_of
 from ..recording.camera import camera_intrinsics, color_images, depth_images
 from . import names
 from .frame import FrameDrawing
@@ -103,7 +103,9 @@ class _Drawing:
         T_wo = None if self._judged is None else self._judged.poses[index]
         distances = weights = None
         if T_wo is not None:
-            distances = self._judge.distances(pad_poses(frame, self._pads), T_wo)
+            hand = hand_of(frame, self._pads)
+            T_wp = hand.T_wh.matrix() @ hand.T_hp
+            distances = self._judge.distances(T_wp, T_wo)
             weights = self._judge.weights(distances)
         self._drawing.hand(frame.joints, frame.T_wh, contacts, distances, weights)
 

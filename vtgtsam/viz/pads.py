@@ -32,9 +32,9 @@ class PadJudge:
 
     def distances(self, T_wp: np.ndarray, T_wo: gtsam.Pose3) -> np.ndarray:
         """Signed distances of pads at T_wp (K, 4, 4) to the object [m], shape (K,)."""
-        T_wo_matrix = np.ascontiguousarray(T_wo.matrix())
-        all_pads = np.ones(len(T_wp), dtype=bool)
-        return self._closest.search(T_wo_matrix, np.ascontiguousarray(T_wp), all_pads).distances
+        every = np.ones(len(T_wp), dtype=bool)
+        matrix = np.ascontiguousarray(T_wo.matrix())  # GTSAM's are in Fortran order
+        return self._closest.search(matrix, np.ascontiguousarray(T_wp), every).distances
 
     def weights(self, distances: np.ndarray) -> np.ndarray:
         """How much a contact of each pad counts after its robust loss, in [0, 1], shape (K,)."""
