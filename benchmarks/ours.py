@@ -51,9 +51,7 @@ class Ours:
 
     def linearise(self, frame: int, T_wo: np.ndarray) -> Linearised:
         """The frame's objective at T_wo (4, 4)."""
-        graph = build_graph(
-            self.measurements[frame], self._closest, X(0), self.estimator.config
-        )
+        graph = build_graph(self.measurements[frame], self._closest, X(0), self.estimator.config)
         values = gtsam.Values()
         values.insert(X(0), gtsam.Pose3(T_wo))
         return Linearised(graph.error(values), *graph.linearize(values).hessian())

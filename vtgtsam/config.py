@@ -52,8 +52,9 @@ class EstimatorConfig(BaseModel):
     the tactile terms, and no robust loss for penetration (paper, section III-E).
 
     In the recommended settings each weight is 1 / sigma^2 of an error that a robot really has, each theta a number of
-    sigmas squared. So radians and metres are weighed apart, a visual pose's own uncertainty is on the same scale (and is
-    used where it is known), and the covariance is one in rad and m. ``simulation`` and ``real_world`` are the paper's.
+    sigmas squared. So radians and metres are weighed apart, a visual pose's own uncertainty is on the same scale (and
+    is used where it is known), and the covariance is one in rad and m. ``simulation`` and ``real_world`` are the
+    paper's.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -88,9 +89,7 @@ class EstimatorConfig(BaseModel):
         1 / 0.001**2,  # joint zeros, and an object that is not quite its mesh
         description="weight of each touching pad's distance [1/m^2]",
     )
-    w_pen: Weight = Field(
-        1 / 0.0005**2, description="weight of each pad's penetration [1/m^2]"
-    )
+    w_pen: Weight = Field(1 / 0.0005**2, description="weight of each pad's penetration [1/m^2]")
     recover: bool = Field(True, description="whether a lost estimate starts again from vision")
 
     @classmethod
@@ -111,9 +110,7 @@ class EstimatorConfig(BaseModel):
     def differences(self) -> dict[str, Any]:
         """Settings that are not the recommended ones, by name."""
         recommended = EstimatorConfig()
-        return {
-            name: value for name, value in self if value != getattr(recommended, name)
-        }
+        return {name: value for name, value in self if value != getattr(recommended, name)}
 
     @property
     def visual_weights(self) -> VisualWeight:

@@ -23,13 +23,12 @@ from .config import EstimatorConfig
 from .covariance import covariance_of
 from .estimate import Estimate, Status
 from .factors.noise import welsch_weight
-from .factors.pad_distances import PadDistances
 from .frame import Frame, Hand, check, require_finite_pose
 from .graph import FrameFactors, frame_factors
+from .hands.pads import PadSet
 from .measurement import Measurement
 from .objects import ObjectModel
 from .optimize import Solution, optimize
-from .hands.pads import PadSet
 from .sdf.search import ClosestPoints, closest_on_pads
 from .status import status_of
 

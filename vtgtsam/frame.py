@@ -13,8 +13,8 @@ from numpy.typing import ArrayLike
 
 from .exceptions import NotFiniteError
 from .hands.motion import hand_motion
-from .measurement import Measurement
 from .hands.pads import PadSet
+from .measurement import Measurement
 
 _ORTHONORMAL = 1e-4  # largest deviation of R'R from I that still counts as rounding
 _FAR = 1e7  # [m]

@@ -52,7 +52,10 @@ class FrameFactors(NamedTuple):
 
 
 def build_graph(
-    measurement: Measurement, closest: ClosestPoints, key: int, config: EstimatorConfig | None = None
+    measurement: Measurement,
+    closest: ClosestPoints,
+    key: int,
+    config: EstimatorConfig | None = None,
 ) -> gtsam.NonlinearFactorGraph:
     """One frame's factors on T_ho, the pose of the object in the hand (in the world, where the frame has no T_wh).
 
@@ -60,8 +63,8 @@ def build_graph(
 
     Args:
         measurement: The frame.
-        closest: ``ClosestPoints(hand, obj.sdf)``: finds closest points, the sooner the more it has been asked. Graphs of
-            the same hand and object may share it; those that different threads solve may not.
+        closest: ``ClosestPoints(hand, obj.sdf)``: finds closest points, the sooner the more it has been asked. Graphs
+            of the same hand and object may share it; those that different threads solve may not.
         key: Key of T_ho.
         config: Method, weights and losses; the recommended ones where not given.
 

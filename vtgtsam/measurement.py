@@ -27,7 +27,8 @@ class Measurement:
         T_wo_visual: The object's pose in the world as the visual tracker reports it, or None where
             it reports nothing this frame.
         T_wh: Pose of the hand's root frame in the world. Where it is None, a hand with joints stands at the world's
-            origin, and one with pad poses moves with them: by the rigid motion that fits all pads best between two frames.
+            origin, and one with pad poses moves with them: by the rigid motion that fits all pads best between two
+            frames.
         T_wp: Poses of the pads in the world, shape (K, 4, 4). Where given, ``joints`` are not used.
         visual_sigma: Standard deviation of the visual pose, (rotation [rad], translation [m]), two positive
             numbers. Replaces the configured visual weight by 1/sigma^2 for this frame.

@@ -11,6 +11,7 @@ from typing import get_args
 from ..config import PRESETS, EstimatorConfig, Method
 from ..exceptions import ConfigError
 
+
 def load_config(config: EstimatorConfig | str | os.PathLike[str]) -> EstimatorConfig:
     """A configuration as it is, a preset by its name, or one read from a YAML file.
 
