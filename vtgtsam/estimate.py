@@ -28,7 +28,8 @@ class Estimate:
             ``stalled``: the solver found no way down although its model promised one, the pose is the start;
             ``unobservable``: no visual pose this frame, and the pads leave some direction free;
             ``lost``: the visual pose is too far away to count, and the pads leave some direction free:
-            nothing holds the pose;
+            nothing holds the pose (method ``vis``: no visual pose this frame, the pose is the last one, carried with
+            the hand);
             ``invalid``: the measurement held NaN or infinity and was not used, the pose is the last one.
         iterations: Iterations the solver took.
         error: Cost at the pose, 1/2 sum rho.

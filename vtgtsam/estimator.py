@@ -140,7 +140,7 @@ class PoseEstimator:
         self._T_ho = T_ho = solution.values.atPose3(OBJECT)
         normal_equations = _normal_equations(graph, solution.values)
         visual_weight = self._visual_weight(factors, solution.values)
-        stuck = solution.iterations > 0 and T_ho.equals(start, 0.0)
+        stuck = T_ho.equals(start, 0.0)
         contacts = factors.pads.everywhere(T_ho)
         return Estimate(
             time=frame.time,

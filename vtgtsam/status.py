@@ -34,7 +34,8 @@ def status_of(
         stuck: Whether the solver tried and did not move.
     """
     if visual_weight < REJECTED and not held_by_hand(factors, values):
-        return "unobservable" if factors.visual is None else "lost"
+        touch_may_hold = factors.penetration is not None  # not so with method ``vis``
+        return "unobservable" if factors.visual is None and touch_may_hold else "lost"
     if stuck and newton_step_length(*normal_equations) > STALL:
         return "stalled"
     return "ok"

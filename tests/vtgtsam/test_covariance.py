@@ -1,0 +1,57 @@
+# SPDX-License-Identifier: MIT
+import numpy as np
+import pytest
+
+from vtgtsam.covariance import all_held, covariance_of
+
+SCALES = np.array([0.1, 0.1, 0.1, 1.0, 1.0, 1.0])  # [m], a radian counts as a tenth of a metre
+
+
+def random_information(seed):
+    root = np.random.default_rng(seed).normal(size=(6, 6)) * [1, 2, 3, 100, 200, 300]
+    return root.T @ root
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_where_all_is_measured_it_is_the_inverse(seed):
+    information = random_information(seed)
+    np.testing.assert_allclose(
+        covariance_of(information), np.linalg.inv(information), rtol=1e-6, atol=1e-15
+    )
+
+
+def test_where_nothing_is_measured_every_variance_is_infinite():
+    covariance = covariance_of(np.zeros((6, 6)))
+    assert np.isposinf(np.diag(covariance)).all()
+    assert (covariance[~np.eye(6, dtype=bool)] == 0).all()
+
+
+def test_a_free_direction_has_infinite_variance_and_the_others_do_not():
+    direction = np.array([0, 0, 0, 0.6, 0.8, 0])
+    information = np.diag([4.0, 4, 4, 100, 100, 100])
+    blind = np.eye(6) - np.outer(direction, direction)
+    covariance = covariance_of(blind @ information @ blind)
+    np.testing.assert_allclose(covariance[:3, :3], np.eye(3) / 4)
+    assert covariance[5, 5] == pytest.approx(0.01)
+    assert np.isposinf(covariance[3:5, 3:5]).all()
+    assert not np.isnan(covariance).any()
+
+
+def test_entries_grow_to_the_side_to_which_the_free_direction_leans():
+    direction = np.array([0, 0, 0, 0.6, -0.8, 0])
+    blind = np.eye(6) - np.outer(direction, direction)
+    covariance = covariance_of(100.0 * blind)
+    assert np.isposinf(covariance[3, 3]) and np.isneginf(covariance[3, 4])
+
+
+@pytest.mark.parametrize("axis", range(6))
+def test_a_direction_is_held_with_a_share_of_the_best_ones_information(axis):
+    weakest = np.ones(6)
+    weakest[axis] = 2e-3
+    assert all_held(np.diag(weakest * SCALES**2), 1e-3)
+    weakest[axis] = 0.5e-3
+    assert not all_held(np.diag(weakest * SCALES**2), 1e-3)
+
+
+def test_nothing_is_not_a_share_of_nothing():
+    assert not all_held(np.zeros((6, 6)), 1e-3)
