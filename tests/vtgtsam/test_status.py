@@ -5,7 +5,7 @@ import gtsam
 import numpy as np
 import pytest
 from hand_frames import values_at
-from problems import lump_sdf, pads_around
+from problems import box_sdf, pads_around
 
 from vtgtsam import EstimatorConfig, Measurement
 from vtgtsam.frame import check
@@ -18,7 +18,7 @@ NOTHING = np.zeros((6, 6)), np.zeros(6)
 
 
 def factors(method="vis+tac+pen", seen=True, distance=0.032, touching=True):
-    """A frame's factors about a lump at the origin, held all around where ``touching``."""
+    """A frame's factors about a box at the origin, held all around where ``touching``."""
     pads, T_hp = pads_around(1, count=14, distance=distance)
     measurement = Measurement(
         time=0.0,
@@ -26,11 +26,11 @@ def factors(method="vis+tac+pen", seen=True, distance=0.032, touching=True):
         T_wp=T_hp,
         T_wo_visual=gtsam.Pose3() if seen else None,
     )
-    closest = ClosestPoints(pads, lump_sdf(1))
+    closest = ClosestPoints(pads, box_sdf())
     return frame_factors(check(measurement, pads), closest, 0, EstimatorConfig(method=method))
 
 
-def test_many_pads_hold_a_lump_and_no_pad_holds_none():
+def test_many_pads_hold_a_box_and_no_pad_holds_none():
     assert held_by_hand(factors(distance=0.035), HERE)
     assert not held_by_hand(factors(distance=0.06, touching=False), HERE)
 
