@@ -173,6 +173,9 @@ PRESETS = {
     "tuned": EstimatorConfig.tuned,
 }
 
+_RANGE = ("greater_than", "greater_than_equal", "less_than_equal", "finite_number")
+_GONE = {"engine": "every frame is a graph that GTSAM's optimiser solves"}
+
 _MUST_BE = {  # by the type of pydantic's error
     "greater_than": "above {gt:g}",
     "greater_than_equal": "at least {ge}",
@@ -196,7 +199,9 @@ def _sentence(error: ValidationError) -> str:
     parts = []
     for item in faults:
         name = str(item["loc"][0])
-        if item["type"] == "extra_forbidden":
+        if name in _GONE:
+            parts.append(f"the setting {name!r} is gone, leave it out: {_GONE[name]}")
+        elif item["type"] == "extra_forbidden":
             parts.append(f"unknown setting {plain(repr(name))} (known: {known})")
         elif name != "w_vis":
             parts.append(_fault(name, item))
@@ -209,7 +214,7 @@ def _sentence(error: ValidationError) -> str:
 def _visual_fault(items: list[ErrorDetails]) -> str:
     """What is wrong with ``w_vis``: pydantic lists the faults of each form it may have."""
     for item in items:
-        if item["type"] in ("greater_than", "finite_number"):  # so the form was right
+        if item["type"] in _RANGE:  # so the form was right
             names = {"0": "rotation", "1": "translation"}
             inner = [names.get(str(part), str(part)) for part in item["loc"][2:]]
             return _fault(".".join(["w_vis", *inner]), item)

@@ -83,6 +83,27 @@ def test_evaluate_prints_a_table_in_mm_and_where_the_results_are(run, tmp_path):
     assert "[2/2] can_0: 8 frames" in err
 
 
+def test_evaluate_prints_the_settings_that_are_not_the_recommended_ones(run, tmp_path):
+    write_grasp(tmp_path / "0.mcap")
+    config = tmp_path / "config.yaml"
+    config.write_text("iterations: 3\nw_vis: [10, 2000]\nw_tac: 1.0e+6\nmethod: vis\n")
+    arguments = ["evaluate", tmp_path / "0.mcap", "--methods", "vis", "--config"]
+    code, output, _ = run(*arguments, config, "--out", tmp_path / "out")
+    assert code == 0
+    assert "Other than recommended: iterations = 3, w_vis = (10, 2000)\n" in output
+    code, output, _ = run(*arguments, "tuned", "--out", tmp_path / "out")
+    assert code == 0 and "recommended" not in output
+
+
+def test_a_setting_that_is_gone_is_refused_in_one_sentence(run, tmp_path):
+    write_grasp(tmp_path / "0.mcap")
+    config = tmp_path / "config.yaml"
+    config.write_text("engine: compiled\n")
+    code, _, error = run("evaluate", tmp_path, "--config", config, "--out", tmp_path / "out")
+    assert code == 1 and error.count("\n") == 1
+    assert "the setting 'engine' is gone, leave it out" in error
+
+
 def test_report_prints_the_same_table_without_estimating(run, tmp_path):
     write_grasp(tmp_path / "0.mcap", frames=8)
     _, first, _ = run("evaluate", tmp_path / "0.mcap", "--out", tmp_path / "out")

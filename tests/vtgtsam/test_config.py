@@ -1,8 +1,27 @@
 # SPDX-License-Identifier: MIT
+import typing
+
 import pytest
 from pydantic import ValidationError
 
 from vtgtsam import EstimatorConfig, VtgtsamError
+from vtgtsam.config import PRESETS, Settings
+
+
+def test_a_plain_config_is_the_recommended_one_with_what_is_given_changed():
+    assert EstimatorConfig() == EstimatorConfig.tuned()
+    changed = EstimatorConfig(iterations=3, recover=False)
+    assert changed == EstimatorConfig.tuned(iterations=3, recover=False)
+    assert changed.differences() == {"iterations": 3, "recover": False}
+    assert EstimatorConfig().differences() == {}
+
+
+def test_the_papers_settings_differ_from_the_recommended_ones():
+    assert set(EstimatorConfig.simulation().differences()) >= {"w_vis", "w_tac", "log_theta_vis"}
+
+
+def test_what_a_preset_can_override_is_every_setting():
+    assert set(typing.get_type_hints(Settings)) == set(EstimatorConfig.model_fields)
 
 
 def test_the_presets_are_the_papers_table():
@@ -45,6 +64,11 @@ def test_one_visual_weight_counts_for_both():
         {"iterations": 0},
         {"iterations": 2.5},
         {"damping": 0.0},
+        {"engine": "compiled"},
+        {"log_theta_vis": 800},
+        {"log_theta_tac": -800},
+        {"w_vis": [1e308, 1e-308]},
+        {"w_pen": 1e-200},
         {"w_tac": -1.0},
         {"w_vis": (1.0, 0.0)},
         {"w_pen": float("nan")},
@@ -67,10 +91,19 @@ def test_a_config_cannot_be_changed():
     ("text", "message"),
     [
         ("iteration: 3", "unknown setting 'iteration' .known: method, solver, iterations"),
+        ("engine: gtsam", "the setting 'engine' is gone, leave it out: every frame is a graph"),
+        ("log_theta_vis: 800", "yaml: log_theta_vis must be at most 100.0, got 800$"),
+        ("log_theta_tac: -800", "yaml: log_theta_tac must be at least -100.0, got -800$"),
+        ("w_vis: [1e+308, 1e-308]", "yaml: w_vis.rotation must be at most 1e.18, got '1e.308'$"),
+        ("w_tac: 1.0e+30", "yaml: w_tac must be at most 1e.18, got 1e.30$"),
+        ("preset: paper", "preset must be one of simulation, real_world, tuned, got 'paper'$"),
         ("iterations: many", "iterations must be a whole number, got 'many'$"),
-        ("w_vis: -1", "yaml: w_vis must be above 0, got -1$"),
-        ("w_vis: [1, -2]", "yaml: w_vis.translation must be above 0, got -2$"),
-        ("w_vis: {rotation: 0, translation: 1}", "yaml: w_vis.rotation must be above 0, got 0$"),
+        ("w_vis: -1", "yaml: w_vis must be at least 1e-12, got -1$"),
+        ("w_vis: [1, -2]", "yaml: w_vis.translation must be at least 1e-12, got -2$"),
+        (
+            "w_vis: {rotation: 0, translation: 1}",
+            "yaml: w_vis.rotation must be at least 1e-12, got 0$",
+        ),
         ("w_vis: [1, 2, 3]", "w_vis must be one number, or two: rotation and translation, got"),
         ("w_pen: .inf", "w_pen must be finite, got inf$"),
         ("method: tac", "method must be 'vis', 'vis.pen' or 'vis.tac.pen', got 'tac'$"),
@@ -84,6 +117,25 @@ def test_a_wrong_file_is_explained_in_one_sentence(text, message, tmp_path):
     with pytest.raises(VtgtsamError, match=message) as error:
         EstimatorConfig.from_yaml(path)
     assert "\n" not in str(error.value).strip() or "a: [" in text
+
+
+def read(text, tmp_path):
+    (tmp_path / "config.yaml").write_text(text)
+    return EstimatorConfig.from_yaml(tmp_path / "config.yaml")
+
+
+def test_a_file_means_the_recommended_settings_with_what_it_says_changed(tmp_path):
+    assert read("iterations: 3", tmp_path) == EstimatorConfig.tuned(iterations=3)
+
+
+@pytest.mark.parametrize("preset", list(PRESETS))
+def test_a_file_may_begin_with_a_preset(preset, tmp_path):
+    assert read(f"preset: {preset}", tmp_path) == PRESETS[preset]()
+    assert read(f"preset: {preset}\nw_tac: 7", tmp_path) == PRESETS[preset](w_tac=7.0)
+
+
+def test_a_file_without_preset_does_not_differ_from_one_that_names_the_recommended(tmp_path):
+    assert read("w_tac: 7", tmp_path) == read("preset: tuned\nw_tac: 7", tmp_path)
 
 
 def test_an_empty_file_means_the_defaults(tmp_path):

@@ -4,9 +4,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+
+if TYPE_CHECKING:
+    from ..config import EstimatorConfig
 
 from .options import Hand, Object, ObjectResolution, ObjectSymmetry, Topics, object_given
 
@@ -58,7 +61,7 @@ def evaluate(
     Interrupted, it goes on where it stopped when called again.
     """
     from ..evaluation.folder import in_use
-    from ..evaluation.methods import check_methods
+    from ..evaluation.methods import check_methods, load_config
     from ..evaluation.printing import tables_text
     from ..evaluation.run import run
     from .progress import show_progress
@@ -69,6 +72,7 @@ def evaluate(
         check_methods(names)
     except ValueError as error:
         raise typer.BadParameter(str(error), param_hint="--methods") from None
+    _say_what_differs(load_config(config))
     try:
         with show_progress() as progress:
             tables = run(
@@ -96,3 +100,18 @@ def evaluate(
         for sequence, problem in tables.failed.items():
             typer.echo(f"  {sequence}: {problem}", err=True)
         raise typer.Exit(SOME_FAILED)
+
+
+def _say_what_differs(config: EstimatorConfig) -> None:
+    """Print the settings that are not the recommended ones; the method is the one that each row names."""
+    settings = config.differences()
+    settings.pop("method", None)
+    if settings:
+        words = ", ".join(f"{name} = {_value(value)}" for name, value in settings.items())
+        typer.echo(f"Other than recommended: {words}\n")
+
+
+def _value(value: Any) -> str:
+    if isinstance(value, tuple):
+        return f"({', '.join(map(_value, value))})"
+    return f"{value:g}" if isinstance(value, float) else str(value)

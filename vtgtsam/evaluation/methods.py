@@ -4,9 +4,9 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import get_args
+from typing import Any, get_args
 
 from ..config import PRESETS, EstimatorConfig, Method
 from ..exceptions import ConfigError
@@ -27,6 +27,17 @@ def load_config(config: EstimatorConfig | str | os.PathLike[str]) -> EstimatorCo
             f"{str(config)!r} is neither a preset ({', '.join(PRESETS)}) nor a YAML file"
         )
     return EstimatorConfig.from_yaml(Path(config))
+
+
+def stored_config(settings: Mapping[str, Any]) -> EstimatorConfig | None:
+    """The settings that were stored, without those that are gone; None where a value would be refused now."""
+    known = {
+        name: value for name, value in settings.items() if name in EstimatorConfig.model_fields
+    }
+    try:
+        return EstimatorConfig(**known)
+    except ValueError:
+        return None
 
 
 def method_configs(names: Iterable[str], config: EstimatorConfig) -> dict[str, EstimatorConfig]:

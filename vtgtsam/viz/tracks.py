@@ -153,15 +153,20 @@ def _track(method: str, rows: list[dict[str, Any]], config: EstimatorConfig | No
 
 def _configs(folder: Path) -> dict[str, EstimatorConfig]:
     """Each method's settings, as far as the folder says; an interrupted evaluation does not."""
+    from ..evaluation.methods import stored_config
+
     try:
         content = read_yaml(folder / "config.yaml", ConfigError)
-        return {name: EstimatorConfig(**entry) for name, entry in content["methods"].items()}
-    except (OSError, ValueError, KeyError, TypeError, yaml.YAMLError, ConfigError):
+        configs = {name: stored_config(entry) for name, entry in content["methods"].items()}
+    except (OSError, ValueError, KeyError, TypeError, AttributeError, yaml.YAMLError, ConfigError):
         return {}
+    return {name: config for name, config in configs.items() if config is not None}
 
 
 def _live_config(recording: Recording) -> EstimatorConfig | None:
+    from ..evaluation.methods import stored_config
+
     try:
-        return EstimatorConfig(**json.loads(recording.info["config"]))
-    except (KeyError, ValueError, TypeError):  # none, or of another version
+        return stored_config(json.loads(recording.info["config"]))
+    except (KeyError, ValueError, TypeError, AttributeError):  # none, or not ours
         return None

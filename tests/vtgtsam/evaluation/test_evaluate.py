@@ -9,9 +9,10 @@ import numpy as np
 import pandas as pd
 import pytest
 import yaml
-from held_box import write_grasp
+from held_box import turned, write_grasp
 
 from vtgtsam import EstimatorConfig, PoseEstimator, adds, evaluate, read_recording
+from vtgtsam.evaluation.estimates import poses
 from vtgtsam.evaluation.sequence import evaluate_sequence
 from vtgtsam.exceptions import ConfigError
 
@@ -269,14 +270,17 @@ def test_without_ground_truth_it_is_estimated_but_has_no_metrics(tmp_path):
     assert summary.attrs["failed"] == {}
 
 
-def test_while_the_tracker_is_silent_frames_go_on_with_the_last_visual_pose(tmp_path):
+def test_while_the_tracker_is_silent_the_last_visual_pose_moves_with_the_hand(tmp_path):
     write_grasp(tmp_path / "0.mcap", frames=60, silent=(30, 45))
     summary = evaluate(tmp_path / "0.mcap", METHODS, "tuned", tmp_path / "out")
     table = pd.read_parquet(tmp_path / "out" / "estimates" / "0.parquet")
     assert table.groupby("method")["time"].apply(len).tolist() == [60] * 3
     vis = table[table["method"] == "vis"].reset_index(drop=True)
-    assert (vis["status"][30:45] == "unobservable").all()
-    assert (vis.loc[30:44, "x"] == vis["x"][29]).all()
+    assert (vis["status"][30:45] == "lost").all()
+    T_wo = poses(vis.to_dict("records"))
+    T_ho = [turned(np.clip(k / 20 - 1, 0, 1)).between(T) for k, T in enumerate(T_wo)]
+    assert all(T_ho[k].equals(T_ho[29], 1e-6) for k in range(30, 45))
+    assert not T_wo[40].equals(T_wo[29], 0.01)
     lost = summary.query("object == 'all' and phase == 'all' and method == 'vis'")
     assert lost["frames_not_held"].tolist() == [15]
 

@@ -104,6 +104,16 @@ def test_how_it_was_made_is_told(html):
     assert "scipy" in html
 
 
+def test_a_setting_that_is_gone_does_not_keep_an_old_result_from_its_page(tmp_path):
+    settings = EstimatorConfig.simulation(method="vis").model_dump(mode="json")
+    old = {"version": "0.1.0+0", "methods": {"vis": settings | {"engine": "compiled"}}}
+    (tmp_path / "config.yaml").write_text(yaml.safe_dump(old))
+    assert how_made(tmp_path).commands[0].endswith("--methods vis --config simulation")
+    old["methods"]["vis"]["log_theta_vis"] = 800.0  # refused by now
+    (tmp_path / "config.yaml").write_text(yaml.safe_dump(old))
+    assert how_made(tmp_path).commands[0].endswith("--config config_of_one_method.yaml")
+
+
 def test_other_settings_than_a_preset_are_a_file(tmp_path):
     settings = EstimatorConfig.tuned(w_pen=7.0).model_dump(mode="json")
     methods = {"methods": {"vis": settings | {"method": "vis"}}, "hand": "mine.xml"}

@@ -10,12 +10,11 @@ from pathlib import Path
 from typing import Any
 
 from ... import limits
-from ...config import EstimatorConfig
 from ...exceptions import ConfigError
 from ...input.door import reading
 from ...input.text import parse_yaml, read_bytes
 from .. import store
-from ..methods import PRESETS
+from ..methods import PRESETS, stored_config
 
 _PACKAGES = ("gtsam", "numpy", "scipy", "pandas", "pyarrow", "matplotlib")
 
@@ -73,8 +72,7 @@ def _preset(methods: dict[str, Any]) -> str | None:
     """The preset that all methods' settings are, if there is one."""
     for name, preset in PRESETS.items():
         if methods and all(
-            EstimatorConfig(**settings) == preset(method=method)
-            for method, settings in methods.items()
+            stored_config(settings) == preset(method=method) for method, settings in methods.items()
         ):
             return name
     return None
