@@ -155,7 +155,9 @@ def _visual_covariance(measurement: Measurement, used: bool) -> tuple[np.ndarray
 
 def _is_covariance(matrix: np.ndarray) -> bool:
     """Whether a matrix (6, 6) is finite, symmetric up to rounding, and positive definite."""
-    if not (np.abs(matrix - matrix.T) <= _SYMMETRIC * np.abs(matrix)).all():  # also: not finite
+    if not np.isfinite(matrix).all():
+        return False
+    if not (np.abs(matrix - matrix.T) <= _SYMMETRIC * np.abs(matrix)).all():
         return False
     try:
         return bool(np.isfinite(np.linalg.inv(np.linalg.cholesky(matrix))).all())
