@@ -108,12 +108,11 @@ def floor(
 def soak(
     frames: Annotated[int, typer.Option(min=100, help="Frames in one process.")] = 100_000,
     solver: Annotated[str, typer.Option(help="lm or fixed-damping.")] = "lm",
-    engine: Annotated[str, typer.Option(help="compiled or gtsam.")] = "compiled",
 ) -> None:
     """Run long, and watch memory and time."""
     from .soak import run
 
-    run(frames, solver, engine)
+    run(frames, solver)
 
 
 @app.command()

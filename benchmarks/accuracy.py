@@ -71,9 +71,8 @@ def agreements(problem: Problem, theseus: bool) -> list[dict[str, Any]]:
     """Each solver's largest differences to the reference."""
     reference = Reference(problem)
     solvers: list[Solver] = [
-        Ours(problem, solver, engine=engine)
-        for engine in ("compiled", "gtsam")
-        for solver in ("fixed-damping", "lm")
+        Ours(problem, "fixed-damping"),
+        Ours(problem, "lm"),
     ]
     if theseus:
         solvers += [
@@ -112,9 +111,8 @@ def tracking(obj: ObjectModel, frames: int, theseus: bool) -> list[dict[str, Any
     for setting, values in SETTINGS.items():
         problem = problems.sequence(frames, sdf=obj.sdf, **values)
         solvers: list[Solver] = [
-            Ours(problem, solver, engine=engine)
-            for engine in ("compiled", "gtsam")
-            for solver in ("lm", "fixed-damping")
+            Ours(problem, "lm"),
+            Ours(problem, "fixed-damping"),
         ]
         if theseus:
             solvers.append(TheseusProcess(problem, "Theseus float32"))

@@ -24,7 +24,7 @@ COUNTED = {  # what is counted, by the name of the function
     "closest_on_pads": "searches",
     "look": "tiles looked at",
     "trilinear": "exact distances",
-    "filled": "callbacks",
+    "checked": "callbacks",
 }
 
 
@@ -59,11 +59,11 @@ class NotedPlanes(Noted):
     lines: set[int] = set()
 
 
-def count(folder: str, solver: str, engine: str, tracked: bool, frames: int) -> dict[str, float]:
+def count(folder: str, solver: str, tracked: bool, frames: int) -> dict[str, float]:
     """Medians over frames 1 to ``frames`` of the problem in ``folder``; frame 0 fills the search's memory."""
     problem = Problem.load(f"{folder}/problem.npz")
     obj = ObjectModel("object", noted_field(problem, f"{folder}/field.npz"))
-    ours = Ours(problem, solver, obj, engine)
+    ours = Ours(problem, solver, obj)
     T_wo = ours.solve(0, problem.T_start[:1]).T_wo
     found = []
     for frame in range(1, frames + 1):
@@ -100,5 +100,5 @@ def of_one(profile: cProfile.Profile) -> dict[str, float]:
 
 
 if __name__ == "__main__":
-    folder, solver, engine, tracked, frames = sys.argv[1:]
-    print(json.dumps(count(folder, solver, engine, tracked == "True", int(frames))))
+    folder, solver, tracked, frames = sys.argv[1:]
+    print(json.dumps(count(folder, solver, tracked == "True", int(frames))))

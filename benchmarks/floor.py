@@ -18,11 +18,13 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import gtsam
 import numpy as np
 
-from vtgtsam.conclusion import conclude
+from vtgtsam.estimator import OBJECT
 from vtgtsam.frame import check
-from vtgtsam.solvers import steps
+from vtgtsam.graph import frame_factors
+from vtgtsam.optimize import optimize
 
 from . import problems
 from .clock import pin
@@ -34,7 +36,6 @@ from .report import save, table
 COUNTED = 10  # frames run uncompiled
 REPEATED = 20  # calls of each part
 CASES = (("unrelated frames", False), ("tracked", True))
-ENGINES = ("compiled", "gtsam")
 
 
 def run(frames: int = 100) -> None:
@@ -44,22 +45,22 @@ def run(frames: int = 100) -> None:
     for title, tracked in CASES:
         problem = (problems.sequence if tracked else problems.single_frames)(frames)
         for solver in ("lm", "fixed-damping"):
-            counted = {engine: counts(problem, solver, engine, tracked) for engine in ENGINES}
+            counted = counts(problem, solver, tracked)
             us = costs(problem, solver, tracked)
             data[f"{title}, {solver}"] = {"counts": counted, "us": us}
             text += [f"## Standard problem, {title}, {solver}", "", table(rows(us)), ""]
-            text += [summary(problem, us, **counted), ""]
+            text += [summary(problem, us, counted), ""]
     save("floor", "\n".join(text).rstrip(), data, {})
 
 
-def counts(problem: Problem, solver: str, engine: str, tracked: bool) -> dict[str, float]:
+def counts(problem: Problem, solver: str, tracked: bool) -> dict[str, float]:
     """What a frame does (see ``counts``), from a process in which nothing is compiled."""
     with tempfile.TemporaryDirectory() as folder:
         problem.save(f"{folder}/problem.npz")
         field = Ours(problem, solver).estimator.obj.sdf
         ((reach, planes),) = field._minorants.items()
         np.savez(f"{folder}/field.npz", reach=reach, planes=planes, lipschitz=field.lipschitz)
-        arguments = [folder, solver, engine, str(tracked), str(COUNTED)]
+        arguments = [folder, solver, str(tracked), str(COUNTED)]
         answer = subprocess.run(
             [sys.executable, "-W", "ignore", "-m", "benchmarks.counts", *arguments],
             cwd=Path(__file__).resolve().parents[1],
@@ -73,31 +74,31 @@ def counts(problem: Problem, solver: str, engine: str, tracked: bool) -> dict[st
 
 def costs(problem: Problem, solver: str, tracked: bool) -> dict[str, float]:
     """Median running times [us] over frames: of the whole and of its parts, see ``rows``."""
-    compiled, by_gtsam = Ours(problem, solver), Ours(problem, solver, engine="gtsam")
-    start, found = problem.T_start[0], []
+    ours, start, found = Ours(problem, solver), problem.T_start[0], []
     for frame in range(problem.frames):
         T_start = start if tracked else problem.T_start[frame]
-        whole = compiled.solve(frame, T_start[None])
-        slow = by_gtsam.solve(frame, T_start[None])
+        whole = ours.solve(frame, T_start[None])
         start = whole.T_wo[0]
-        wholes = {"frame": 1e6 * whole.time.cpu, "frame by GTSAM": 1e6 * slow.time.cpu}
-        found.append(wholes | parts(compiled, frame, T_start))
+        found.append({"frame": 1e6 * whole.time.cpu} | parts(ours, frame, T_start))
     return {name: float(np.median([each[name] for each in found])) for name in found[0]}
 
 
 def parts(ours: Ours, frame: int, T_start: np.ndarray) -> dict[str, float]:
     """Running times of one frame's parts, each called again and again [us]."""
-    estimator, measurement = ours.estimator, ours.measurements[frame]
-    objective, config = estimator._objective, estimator.config
+    estimator, measurement, config = ours.estimator, ours.measurements[frame], ours.estimator.config
     checked = check(measurement, estimator.hand)
-    objective.place(checked)
-    solution = steps.solve(objective, T_start, config)
+    factors = frame_factors(checked, ours.closest, OBJECT, config)
+    graph, T_ho, start = factors.graph(), gtsam.Pose3(T_start), gtsam.Values()
+    start.insert(OBJECT, T_ho)
+    solution = optimize(graph, start, config)
     return {
         "checking": median_us(lambda: check(measurement, estimator.hand)),
-        "placing": median_us(lambda: objective.place(checked)),
-        "solving again": median_us(lambda: steps.solve(objective, T_start, config)),
-        "concluding": median_us(lambda: conclude(objective, solution.T_wo)),
-        "GTSAM's optimiser": median_us(Replay(objective, checked, T_start, config).solve),
+        "building": median_us(lambda: frame_factors(checked, ours.closest, OBJECT, config).graph()),
+        "solving again": median_us(lambda: optimize(graph, start, config)),
+        "concluding": median_us(
+            lambda: estimator._estimate(checked, factors, graph, T_ho, solution)
+        ),
+        "GTSAM's optimiser": median_us(Replay(factors, start, config).solve),
     }
 
 
@@ -113,15 +114,17 @@ def median_us(call: Callable[[], Any]) -> float:
 
 def least(us: dict[str, float]) -> float:
     """The least a frame needs [us]."""
-    return us["checking"] + us["placing"] + us["solving again"] + us["concluding"]
+    return us["checking"] + us["building"] + us["solving again"] + us["concluding"]
 
 
 def rows(us: dict[str, float]) -> list[dict[str, Any]]:
     """The table of one case."""
+    callbacks = us["solving again"] - us["GTSAM's optimiser"]
     return [
         {"part": "checking the measurement", "time [us]": us["checking"]},
-        {"part": "placing pads and visual pose", "time [us]": us["placing"]},
-        {"part": "solving, closest points known", "time [us]": us["solving again"]},
+        {"part": "building the graph", "time [us]": us["building"]},
+        {"part": "GTSAM's optimiser, nothing to compute", "time [us]": us["GTSAM's optimiser"]},
+        {"part": "distances and derivatives, closest points known", "time [us]": callbacks},
         {"part": "covariance, pads, status", "time [us]": us["concluding"]},
         {"part": "= the least", "time [us]": least(us)},
         {
@@ -129,24 +132,19 @@ def rows(us: dict[str, float]) -> list[dict[str, Any]]:
             "time [us]": us["frame"] - least(us),
         },
         {"part": "= a frame", "time [us]": us["frame"]},
-        {"part": "GTSAM's optimiser, nothing to compute", "time [us]": us["GTSAM's optimiser"]},
-        {"part": "a frame with GTSAM's optimiser", "time [us]": us["frame by GTSAM"]},
     ]
 
 
-def summary(
-    problem: Problem, us: dict[str, float], compiled: dict[str, float], gtsam: dict[str, float]
-) -> str:
+def summary(problem: Problem, us: dict[str, float], counted: dict[str, float]) -> str:
     """The case in words."""
     from vtgtsam.sdf.tiles import TILE
 
-    plain = compiled["searches"] * len(problem.points_p)
-    quick = TILE * compiled["tiles looked at"]
+    plain = counted["searches"] * len(problem.points_p)
+    quick = TILE * counted["tiles looked at"]
     return (
-        f"A frame is {us['frame'] / least(us):.2g} times the least. It searches at {compiled['searches']:.0f} poses, "
-        f"bounds all tiles of a pad {compiled['bounds']:.0f} times, looks at {quick:.0f} distances in single precision "
-        f"and {compiled['exact distances']:.0f} in double, where the plain search takes {plain:.0f}. It reads "
-        f"{compiled['grid [kB]']:.0f} kB of the grid and {compiled['planes [kB]']:.0f} kB of linear functions below, "
-        f"and calls GTSAM {compiled['GTSAM calls']:.0f} times, for poses. With GTSAM's optimiser it calls GTSAM "
-        f"{gtsam['GTSAM calls']:.0f} times, which calls back {gtsam['callbacks']:.0f} times."
+        f"A frame is {us['frame'] / least(us):.2g} times the least. It searches at {counted['searches']:.0f} poses, "
+        f"bounds all tiles of a pad {counted['bounds']:.0f} times, looks at {quick:.0f} distances in single precision "
+        f"and {counted['exact distances']:.0f} in double, where the plain search takes {plain:.0f}. It reads "
+        f"{counted['grid [kB]']:.0f} kB of the grid and {counted['planes [kB]']:.0f} kB of linear functions below. "
+        f"It calls GTSAM {counted['GTSAM calls']:.0f} times, which calls back {counted['callbacks']:.0f} times."
     )

@@ -39,7 +39,7 @@ class Ours:
             obj = ObjectModel("object", field)
         self.estimator = PoseEstimator(pad_set(problem), obj, config(problem, solver=solver))
         self.measurements = measurements(problem)
-        self._closest = ClosestPoints(self.estimator.hand, obj.sdf)
+        self.closest = ClosestPoints(self.estimator.hand, obj.sdf)
 
     def solve(self, frame: int, T_start: np.ndarray, batch: int = 1) -> Solved:
         """Solve frames [frame, frame + batch); only ``batch`` 1, since a frame is an update."""
@@ -51,7 +51,7 @@ class Ours:
 
     def linearise(self, frame: int, T_wo: np.ndarray) -> Linearised:
         """The frame's objective at T_wo (4, 4)."""
-        graph = build_graph(self.measurements[frame], self._closest, X(0), self.estimator.config)
+        graph = build_graph(self.measurements[frame], self.closest, X(0), self.estimator.config)
         values = gtsam.Values()
         values.insert(X(0), gtsam.Pose3(T_wo))
         return Linearised(graph.error(values), *graph.linearize(values).hessian())

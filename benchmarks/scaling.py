@@ -97,7 +97,6 @@ def measure(sweep: Sweep, frames: int, theseus: bool) -> dict[str, list[float]]:
     for value in sweep.values:
         problem = sweep.build(value, frames)
         solvers: list[Solver] = [Ours(problem, "lm"), Ours(problem, "fixed-damping")]
-        solvers.append(Ours(problem, "lm", engine="gtsam"))
         if theseus:
             solvers.append(TheseusProcess(problem, "Theseus float32"))
         for times in take_turns(solvers, problem, frames, tracked=True):

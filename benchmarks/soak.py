@@ -21,10 +21,10 @@ CYCLE = 500  # frames of the sequence that is repeated
 SAMPLES = 50  # times that memory is read
 
 
-def run(frames: int = 100_000, solver: str = "lm", engine: str = "compiled") -> None:
-    """Measure, and write ``soak.md``, ``soak.json`` and ``soak.png``, or ``soak_gtsam``."""
+def run(frames: int = 100_000, solver: str = "lm") -> None:
+    """Measure, and write ``soak.md``, ``soak.json`` and ``soak.png``."""
     pin()
-    ours = Ours(problem := problems.sequence(CYCLE), solver, engine=engine)
+    ours = Ours(problem := problems.sequence(CYCLE), solver)
     T_wo, samples, times = problem.T_start[0], [], []
     every = max(1, frames // SAMPLES)
     for n in range(frames):
@@ -41,12 +41,11 @@ def run(frames: int = 100_000, solver: str = "lm", engine: str = "compiled") -> 
                 }
             )
             times.clear()
-    name = "soak" if engine == "compiled" else f"soak_{engine}"
     save(
-        name,
+        "soak",
         words(ours.name, samples),
-        {"solver": solver, "engine": engine, "samples": samples},
-        {name: figure(samples)},
+        {"solver": solver, "samples": samples},
+        {"soak": figure(samples)},
     )
 
 

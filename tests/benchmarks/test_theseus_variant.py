@@ -53,10 +53,9 @@ def assert_same_steps(solver, reference, problem, atol):
         assert solved.time.cpu > 0
 
 
-@pytest.mark.parametrize("engine", ["compiled", "gtsam"])
-def test_ours_has_the_references_objective_and_steps(problem, engine):
+def test_ours_has_the_references_objective_and_steps(problem):
     reference = Reference(problem)
-    solver = Ours(problem, "fixed-damping", engine=engine)
+    solver = Ours(problem, "fixed-damping")
     # 1e-8: the reference differentiates the visual term numerically
     assert_same_objective(solver, reference, problem, rtol=1e-8)
     assert_same_steps(solver, reference, problem, atol=2e-8)
