@@ -15,6 +15,8 @@ if TYPE_CHECKING:
     from .estimator import PoseEstimator as PoseEstimator
     from .evaluation.run import evaluate as evaluate
     from .exceptions import VtgtsamError as VtgtsamError
+    from .factors.checked import checked_factor as checked_factor
+    from .graph import build_graph as build_graph
     from .hands.model import HandModel as HandModel
     from .hands.model import load_hand as load_hand
     from .hands.pads import Pad as Pad
@@ -27,6 +29,7 @@ if TYPE_CHECKING:
     from .recording import read_recording as read_recording
     from .sdf.build import build_sdf as build_sdf
     from .sdf.grid import GridSdf as GridSdf
+    from .sdf.search import ClosestPoints as ClosestPoints
 
 __version__ = "0.1.0"
 
@@ -36,6 +39,8 @@ _MODULES = {
     "PoseEstimator": "estimator",
     "evaluate": "evaluation.run",
     "VtgtsamError": "exceptions",
+    "checked_factor": "factors.checked",
+    "build_graph": "graph",
     "HandModel": "hands.model",
     "load_hand": "hands.model",
     "Measurement": "measurement",
@@ -48,6 +53,7 @@ _MODULES = {
     "read_recording": "recording",
     "build_sdf": "sdf.build",
     "GridSdf": "sdf.grid",
+    "ClosestPoints": "sdf.search",
 }
 
 __all__ = [*_MODULES, "__version__"]
