@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any, Literal, NamedTuple, TypedDict, Unpack
+from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple, TypedDict, Unpack
 
 import yaml
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
@@ -29,6 +29,12 @@ class VisualWeight(NamedTuple):
     translation: Weight  # [1/m^2]
 
 
+if TYPE_CHECKING:
+    GivenVisualWeight = float | tuple[float, float]
+else:
+    GivenVisualWeight = Weight | VisualWeight
+
+
 class Settings(TypedDict, total=False):
     """The fields of an ``EstimatorConfig``, so that editors and type checkers know what a preset can override."""
 
@@ -38,7 +44,7 @@ class Settings(TypedDict, total=False):
     damping: float
     log_theta_vis: float
     log_theta_tac: float
-    w_vis: float | VisualWeight | tuple[float, float]
+    w_vis: float | tuple[float, float]
     use_visual_covariance: bool
     w_tac: float
     w_pen: float
@@ -59,38 +65,42 @@ class EstimatorConfig(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    method: Method = Field("vis+tac+pen", description="which measurements are fused")
+    method: Method = Field(default="vis+tac+pen", description="which measurements are fused")
     solver: Solver = Field(
-        "lm",
+        default="lm",
         description="GTSAM's Levenberg-Marquardt, or steps of constant damping as Theseus takes",
     )
-    iterations: int = Field(5, ge=1, le=1000, description="most iterations a frame")
+    iterations: int = Field(default=5, ge=1, le=1000, description="most iterations a frame")
     damping: Positive = Field(
-        100.0,  # a thousandth of the visual translation weight
+        default=100.0,  # a thousandth of the visual translation weight
         description="damping lambda added to J'J; for lm its first value",
     )
     log_theta_vis: LogTheta = Field(
-        5.0,  # 12 sigmas: 21 degrees or 37 mm
+        default=5.0,  # 12 sigmas: 21 degrees or 37 mm
         description="log of the visual Welsch loss's theta",
     )
     log_theta_tac: LogTheta = Field(
-        3.4,  # 5.5 sigmas: a contact farther than 5 mm from the object is false
+        default=3.4,  # 5.5 sigmas: a contact farther than 5 mm from the object is false
         description="log of the tactile Welsch loss's theta",
     )
-    w_vis: Weight | VisualWeight = Field(
-        VisualWeight(rotation=1 / 0.03**2, translation=1 / 0.003**2),
+    w_vis: GivenVisualWeight = Field(
+        default=VisualWeight(rotation=1 / 0.03**2, translation=1 / 0.003**2),
         description="visual weight, one number or (rotation [1/rad^2], translation [1/m^2])",
     )
     use_visual_covariance: bool = Field(
-        True,
+        default=True,
         description="whether a visual pose's own covariance, where it brings one, replaces w_vis",
     )
     w_tac: Weight = Field(
-        1 / 0.001**2,  # joint zeros, and an object that is not quite its mesh
+        default=1 / 0.001**2,  # joint zeros, and an object that is not quite its mesh
         description="weight of each touching pad's distance [1/m^2]",
     )
-    w_pen: Weight = Field(1 / 0.0005**2, description="weight of each pad's penetration [1/m^2]")
-    recover: bool = Field(True, description="whether a lost estimate starts again from vision")
+    w_pen: Weight = Field(
+        default=1 / 0.0005**2, description="weight of each pad's penetration [1/m^2]"
+    )
+    recover: bool = Field(
+        default=True, description="whether a lost estimate starts again from vision"
+    )
 
     @classmethod
     def simulation(cls, **overrides: Unpack[Settings]) -> EstimatorConfig:
@@ -115,8 +125,8 @@ class EstimatorConfig(BaseModel):
     @property
     def visual_weights(self) -> VisualWeight:
         """``w_vis`` as a pair, whichever way it was given."""
-        if isinstance(self.w_vis, VisualWeight):
-            return self.w_vis
+        if isinstance(self.w_vis, tuple):
+            return VisualWeight(*self.w_vis)
         return VisualWeight(self.w_vis, self.w_vis)
 
     @classmethod

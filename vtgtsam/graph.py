@@ -85,7 +85,7 @@ def frame_factors(
     pads = PadDistances(closest, frame.T_hp, frame.touching)
     factors = FrameFactors(pads)
     if frame.T_ho_visual is not None:
-        noise = visual_noise(frame, config)
+        noise: gtsam.noiseModel.Base = visual_noise(frame, config)
         factors = factors._replace(visual=visual_factor(key, frame.T_ho_visual, noise))
     touching = np.count_nonzero(frame.touching)
     if touching and config.method == "vis+tac+pen":

@@ -10,6 +10,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import gtsam
+
 from ..config import EstimatorConfig
 from ..estimator import PoseEstimator
 from ..exceptions import RecordingError, VtgtsamError
@@ -106,7 +108,7 @@ def _evaluate(task: Task, path: Path, key: str) -> dict[str, Any]:
             for name, estimator in _estimators(recording, task.configs).items()
         }
         contacts = [contact_bits(frame.contacts, recording.hand.pad_names) for frame in frames]
-        phases = turn_phases([frame.T_wh for frame in frames])
+        phases = turn_phases([frame.T_wh or gtsam.Pose3() for frame in frames])
         about = _describe(task.sequence, recording, [frame.time for frame in frames])
         about |= {"key": key, "frames": len(frames)}
         metrics, about["note"] = errors_table(recording, estimates, phases, about)

@@ -33,5 +33,6 @@ def _corners_w(pads: PadSet, T_wp: np.ndarray) -> np.ndarray:
     half = np.array([pad.size for pad in pads.pads]) / 2
     signs = np.array([(1, 1, 0), (1, -1, 0), (-1, 1, 0), (-1, -1, 0)])
     corners_p = signs * np.column_stack([half, np.zeros(len(half))])[:, None, :]
-    rotated: np.ndarray = corners_p @ np.swapaxes(T_wp[:, :3, :3], -1, -2)
-    return (rotated + T_wp[:, None, :3, 3]).reshape(-1, 3)
+    corners_w: np.ndarray = corners_p @ np.swapaxes(T_wp[:, :3, :3], -1, -2)
+    corners_w += T_wp[:, None, :3, 3]
+    return corners_w.reshape(-1, 3)

@@ -107,7 +107,7 @@ class _Drawing:
             T_wp = hand.T_wh.matrix() @ hand.T_hp
             distances = self._judge.distances(T_wp, T_wo)
             weights = self._judge.weights(distances)
-        self._drawing.hand(frame.joints, frame.T_wh, contacts, distances, weights)
+        self._drawing.hand(frame.joints, frame.T_wh or gtsam.Pose3(), contacts, distances, weights)
 
 
 def _draw_camera(scene: Scene, recording: Recording, frames: Sequence[Measurement]) -> None:
@@ -142,7 +142,7 @@ def _eye(
         return None
     known = [_truth(recording, frames[:1])[0], *(track.poses[0] for track in tracks)]
     T_wo = next((pose for pose in known if pose is not None), None)
-    target = frames[0].T_wh.translation()
+    target = (frames[0].T_wh or gtsam.Pose3()).translation()
     if T_wo is not None:
         target = T_wo.transformFrom(recording.object.center)
     up = np.array([0.0, -1.0, 0.0] if is_identity(recording.camera_pose) else [0.0, 0.0, 1.0])

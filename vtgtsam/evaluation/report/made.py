@@ -13,8 +13,11 @@ from ... import limits
 from ...exceptions import ConfigError
 from ...input.door import reading
 from ...input.text import parse_yaml, read_bytes
+import yaml
+
+from ...config import PRESETS
 from .. import store
-from ..methods import PRESETS, stored_config
+from ..methods import stored_config
 
 _PACKAGES = ("gtsam", "numpy", "scipy", "pandas", "pyarrow", "matplotlib")
 
@@ -72,7 +75,8 @@ def _preset(methods: dict[str, Any]) -> str | None:
     """The preset that all methods' settings are, if there is one."""
     for name, preset in PRESETS.items():
         if methods and all(
-            stored_config(settings) == preset(method=method) for method, settings in methods.items()
+            stored_config(settings) == preset().model_copy(update={"method": method})
+            for method, settings in methods.items()
         ):
             return name
     return None
