@@ -10,12 +10,10 @@ from pathlib import Path
 from typing import Any
 
 from ... import limits
+from ...config import PRESETS
 from ...exceptions import ConfigError
 from ...input.door import reading
 from ...input.text import parse_yaml, read_bytes
-import yaml
-
-from ...config import PRESETS
 from .. import store
 from ..methods import stored_config
 
