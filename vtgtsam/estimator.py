@@ -165,7 +165,8 @@ class PoseEstimator:
         if self.config.method != "vis+tac+pen":
             return np.zeros(len(distances))
         squared = self.config.w_tac * np.square(np.maximum(distances, 0.0))
-        return touching * welsch_weight(squared, self.config.log_theta_tac)
+        weights: np.ndarray = touching * welsch_weight(squared, self.config.log_theta_tac)
+        return weights
 
     def _without_solving(self, frame: Frame, status: Status) -> Estimate:
         """The last pose, with nothing known about it this frame."""

@@ -21,12 +21,13 @@ from .pad_distances import PadDistances
 
 def penetration_residual(distances: np.ndarray) -> np.ndarray:
     """Depths of pads in the object [m], negative, shape (K,), from their closest points' distances [m], shape (K,)."""
-    return np.minimum(distances, 0.0)
+    residual: np.ndarray = np.minimum(distances, 0.0)
+    return residual
 
 
 def penetration_jacobian(distances: np.ndarray, jacobians: np.ndarray) -> np.ndarray:
     """Derivative of ``penetration_residual``, shape (K, 6), from distances (K,) and their derivatives (K, 6)."""
-    return jacobians * (distances < 0.0)[:, None]  # type: ignore[no-any-return]
+    return jacobians * (distances < 0.0)[:, None]
 
 
 def penetration_factor(

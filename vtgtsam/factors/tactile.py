@@ -24,12 +24,13 @@ from .pad_distances import PadDistances
 
 def tactile_residual(distances: np.ndarray) -> np.ndarray:
     """Gaps of touching pads [m], shape (N,), from the signed distances of their closest points [m], shape (N,)."""
-    return np.maximum(distances, 0.0)
+    residual: np.ndarray = np.maximum(distances, 0.0)
+    return residual
 
 
 def tactile_jacobian(distances: np.ndarray, jacobians: np.ndarray) -> np.ndarray:
     """Derivative of ``tactile_residual``, shape (N, 6), from the distances (N,) and their derivatives (N, 6)."""
-    return jacobians * (distances > 0.0)[:, None]  # type: ignore[no-any-return]
+    return jacobians * (distances > 0.0)[:, None]
 
 
 def tactile_factor(
