@@ -95,16 +95,6 @@ def tuning(
 
 
 @app.command()
-def floor(
-    frames: Annotated[int, typer.Option(min=20, help="Frames a problem.")] = 100,
-) -> None:
-    """Count and time the parts of a frame, and compare it with the least it could take."""
-    from .floor import run
-
-    run(frames)
-
-
-@app.command()
 def soak(
     frames: Annotated[int, typer.Option(min=100, help="Frames in one process.")] = 100_000,
     solver: Annotated[str, typer.Option(help="lm or fixed-damping.")] = "lm",

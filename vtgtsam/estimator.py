@@ -29,7 +29,8 @@ from .hands.pads import PadSet
 from .measurement import Measurement
 from .objects import ObjectModel
 from .optimize import Solution, optimize
-from .sdf.search import ClosestPoints, closest_on_pads
+from .sdf.search import ClosestPoints
+from .sdf.search.compiled_search import closest_on_pads
 from .status import status_of
 
 OBJECT = X(0)  # key of T_ho

@@ -12,7 +12,6 @@ from benchmarks import (
     accuracy,
     evaluation,
     field,
-    floor,
     problems,
     report,
     scaling,
@@ -74,18 +73,6 @@ def test_scaling_names_the_slope_of_each_curve(results, monkeypatch):
     data = json.loads((results / "scaling.json").read_text())
     assert len(data["pads"]["ms"]["vtgtsam lm"]) == 3
     assert (results / "scaling_pads.png").exists()
-
-
-def test_floor_counts_and_times_the_parts_of_a_frame(results, monkeypatch):
-    monkeypatch.setattr(floor, "CASES", (("tracked", True),))
-    monkeypatch.setattr(floor, "COUNTED", 1)
-    monkeypatch.setattr(floor, "REPEATED", 2)
-    assert "times the least" in run("floor", "--frames", "20")
-    data = json.loads((results / "floor.json").read_text())
-    counts = data["tracked, fixed-damping"]["counts"]
-    assert counts["searches"] >= 6  # a pose a step, and the last
-    assert 16 <= counts["exact distances"] < 7236
-    assert data["tracked, lm"]["counts"]["callbacks"] > 10
 
 
 def test_soak_reports_growth(results, monkeypatch):

@@ -2,20 +2,13 @@
 import mmap
 import time
 
-import gtsam
 import pytest
 
 from benchmarks import measure, problems, scaling, soak
 from benchmarks.clock import Time, timed
-from benchmarks.floor import least, rows
 from benchmarks.measure import Times, ratio, take_turns
-from benchmarks.ours import Ours
-from benchmarks.replay import Replay
 from benchmarks.report import machine, table
 from benchmarks.solver import Solved
-from vtgtsam.estimator import OBJECT
-from vtgtsam.frame import check
-from vtgtsam.graph import frame_factors
 
 
 @pytest.fixture(scope="module")
@@ -93,27 +86,6 @@ def test_sweeps_build_the_problem_they_name():
     assert len(scaling._points(64, 1).points_p) == 16 * 64
     assert scaling._resolution(48, 1).values.shape == (48, 48, 48)
     assert scaling._iterations(7, 1).iterations == 7
-
-
-def test_a_replayed_optimisation_asks_for_exactly_what_was_recorded(problem):
-    ours = Ours(problem, "lm")
-    frame = check(ours.measurements[3], ours.estimator.hand)
-    factors = frame_factors(frame, ours.closest, OBJECT, ours.estimator.config)
-    start = gtsam.Values()
-    start.insert(OBJECT, gtsam.Pose3(problem.T_start[3]))
-    replay = Replay(factors, start, ours.estimator.config)
-    for answers in replay.answers:
-        assert len(answers.all) > 4
-        replay.solve()
-        assert answers.given == len(answers.all)
-
-
-def test_the_parts_of_a_frame_add_up_to_it():
-    us = {"checking": 5.0, "building": 2.0, "solving again": 70.0, "concluding": 13.0}
-    us |= {"frame": 200.0, "GTSAM's optimiser": 50.0}
-    parts = [row["time [us]"] for row in rows(us)]
-    assert sum(parts[:5]) == parts[5] == least(us) == 90.0
-    assert parts[5] + parts[6] == parts[7] == 200.0
 
 
 def test_memory_growth_is_told_from_the_tenth_of_the_run_on():

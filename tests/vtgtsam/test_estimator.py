@@ -22,8 +22,9 @@ from vtgtsam import (
     PoseEstimator,
     load_hand,
 )
-from vtgtsam.sdf.pad_pose import points_in_world
-from vtgtsam.sdf.search import ClosestPoints, closest_on_pads
+from vtgtsam.sdf.search import ClosestPoints
+from vtgtsam.sdf.search.compiled_search import closest_on_pads
+from vtgtsam.sdf.search.pad_pose import place_points
 
 CONFIGS = [
     EstimatorConfig.simulation(),
@@ -400,7 +401,7 @@ def test_a_hand_with_kinematics_is_the_same_hand_with_given_pad_poses():
 @pytest.mark.parametrize("method", ["vis", "vis+pen", "vis+tac+pen"])
 def test_nothing_is_compiled_after_construction(method, solver):
     pads, obj, measurement, _ = frame(16)
-    functions = [closest_on_pads, points_in_world]
+    functions = [closest_on_pads, place_points]
     estimator = PoseEstimator(pads, obj, EstimatorConfig.tuned(method=method, solver=solver))
     compiled = [len(function.signatures) for function in functions]
     T_wp = np.asfortranarray(measurement.T_wp)

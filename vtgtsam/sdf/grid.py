@@ -20,7 +20,6 @@ from ..atomic import replacing
 from ..cache import read_arrays
 from ..exceptions import MeshError
 from .kernels import steepest, value_and_gradient_at, value_at
-from .minorants import block_shift, minorants
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -56,7 +55,6 @@ class GridSdf:
             count = int((~np.isfinite(self.values)).sum())
             raise ValueError(f"values must be finite, {count} of {self.values.size} nodes are not")
         self.scale = (np.array(self.values.shape) - 1.0) / (self.upper - self.lower)  # [cells/m]
-        self._minorants: dict[int, np.ndarray] = {}
         self._lock()
 
     def _lock(self) -> None:
@@ -77,13 +75,6 @@ class GridSdf:
     def largest(self) -> float:
         """Largest absolute distance at a node [m]."""
         return float(np.abs(self.values).max())
-
-    def minorants(self, reach: int) -> np.ndarray:
-        """Linear functions below the field within ``reach`` cells of each block of cells (see ``minorants``)."""
-        if reach not in self._minorants:
-            shift = block_shift(self.values.shape, reach)
-            self._minorants[reach] = minorants(self.values, shift, reach, self.largest)
-        return self._minorants[reach]
 
     @property
     def spacing(self) -> np.ndarray:

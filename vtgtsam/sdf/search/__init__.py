@@ -21,8 +21,3 @@ Every bound includes the rounding of single precision, so no shortcut changes a 
 
 from .closest_points import ClosestPoints as ClosestPoints
 from .closest_points import PadContacts as PadContacts
-from .tabled import ALWAYS as ALWAYS
-from .tabled import IF_INSIDE as IF_INSIDE
-from .tabled import NOT as NOT
-from .tabled import closest_on_pads as closest_on_pads
-from .tabled import new_search as new_search
