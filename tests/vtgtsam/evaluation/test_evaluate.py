@@ -229,7 +229,7 @@ def test_a_sequence_that_fails_is_listed_and_the_rest_is_kept(tmp_path, caplog):
     (tmp_path / "in" / "broken.mcap").write_bytes(b"this is no recording")
     summary = evaluate(tmp_path / "in", ["vis"], "tuned", tmp_path / "out")
     assert list(summary.attrs["failed"]) == ["broken"]
-    assert "is not an MCAP file" in summary.attrs["failed"]["broken"]
+    assert "is not a recording" in summary.attrs["failed"]["broken"]
     assert "broken failed" in caplog.text
     sequences = pd.read_csv(tmp_path / "out" / "sequences.csv", keep_default_na=False)
     assert sequences["sequence"].tolist() == ["broken", "good"]

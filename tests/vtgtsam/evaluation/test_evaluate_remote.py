@@ -11,6 +11,7 @@ from pathlib import Path
 import pandas as pd
 import pyarrow.parquet as pq
 import pytest
+import yaml
 from held_box import write_grasp
 
 from vtgtsam import evaluate
@@ -65,7 +66,9 @@ def grasps(tmp_path_factory) -> Path:
     write_grasp(folder / "day" / "0.mcap", seed=0, frames=6)
     write_grasp(folder / "1.mcap", seed=1, frames=6)
     write_grasp(folder / "day" / "bag" / "bag_0.mcap", seed=2, frames=6)
-    (folder / "day" / "bag" / "metadata.yaml").write_text("rosbag2_bagfile_information: {}\n")
+    about = {"version": 5, "storage_identifier": "mcap", "relative_file_paths": ["bag_0.mcap"]}
+    described = yaml.safe_dump({"rosbag2_bagfile_information": about})
+    (folder / "day" / "bag" / "metadata.yaml").write_text(described)
     (folder / "notes.txt").write_text("not a recording")
     return folder
 
@@ -166,7 +169,7 @@ def test_a_broken_recording_is_told_by_its_url_and_leaves_no_copy(memory, tmp_pa
     memory.pipe("/bucket/broken.mcap", b"this is no recording")
     evaluate("memory://bucket", ["vis"], "tuned", tmp_path / "out")
     (problem,) = pd.read_csv(tmp_path / "out" / "sequences.csv")["problem"]
-    assert problem.startswith("memory:///bucket/broken.mcap is not an MCAP file")
+    assert problem.startswith("memory:///bucket/broken.mcap is not a recording")
     assert left_behind(temporary) == []
 
 
