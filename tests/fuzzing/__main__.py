@@ -24,6 +24,7 @@ from .mutate import mutated
 CORPUS = Path(__file__).parent / "corpus"
 Use = Callable[[np.random.Generator], str]
 Outcome = TypeVar("Outcome")
+WARM = 4  # seeds that are used once beforehand
 SHOWN = 3  # findings of a kind that are printed in full
 
 
@@ -36,20 +37,20 @@ def fuzz(
         name: The kind.
         seed: Of all randomness.
         count: Most inputs.
-        seconds: Longest time [s]; an input that was begun is finished.
+        seconds: Longest time [s], after what has to be made first; an input that was begun is finished.
         keep: Folder for the inputs that were not held, in folders named by kind.
     """
     kind = KINDS[name]
     findings = []
     tried = 0
-    end = time.monotonic() + seconds
     with tempfile.TemporaryDirectory() as folder:
         seeds = _seeds(kind, Path(folder) / "seeds")
         with open(os.devnull, "w") as nowhere, redirect_stdout(nowhere), redirect_stderr(nowhere):
-            for file, data in zip(
-                kind.names, seeds, strict=True
-            ):  # what is slow is loaded once, before the copies
+            for file, data in list(zip(kind.names, seeds, strict=True))[
+                :WARM
+            ]:  # what is slow is loaded once, before the copies
                 _in_place(kind, Path(folder), file, data, lambda use: use(np.random.default_rng(0)))
+        end = time.monotonic() + seconds
         for label, file, data in _inputs(name, kind, seeds, seed, count):
             if time.monotonic() > end:
                 break

@@ -292,8 +292,10 @@ def _use_results(path: Path, folder: Path, rng: np.random.Generator) -> str:
     problem = library(lambda: make_tables(results)) or command("report", results)
     if not problem and sealed and (results / "summary.csv").read_bytes() != whole:
         return "a damaged folder gives another summary without a word"
+    if problem or rng.random() < 0.8:
+        return problem
     options = ("--out", results, "--methods", "vis,vis+pen", "--force")
-    problem = problem or command("evaluate", folder / "whole.mcap", *options)
+    problem = command("evaluate", folder / "whole.mcap", *options)
     if not problem and (results / "summary.csv").read_bytes() != whole:
         problem = "evaluating again does not make the damaged folder good"
     return problem

@@ -18,6 +18,7 @@ import mujoco
 import numpy as np
 
 from ..exceptions import HandError, NotFiniteError
+from ..input.door import reading
 from . import file as hand_file
 from . import pad_boxes, placement
 from .couplings import closed_chains, completed, couplings
@@ -116,24 +117,25 @@ class HandModel(PadSet):
             HandError: The file cannot be read, has no pads, or has a free joint.
         """
         path = Path(path)
-        spec = hand_file.read_spec(path)
-        if is_pad_file(pads):
-            pads = entries_text(read_pad_file(pads).pads)
-        elif pads == "pad_*":
-            pads = hand_file.pads_said(spec) or pads
-        model = hand_file.compile_hand(spec)
-        try:
-            hand = cls(spec.modelname or path.stem, model, str(pads), "")
-        except ValueError as error:  # of a pad's size or name
-            raise HandError(f"{path}: {error}") from error
-        hand.xml = hand_file.self_contained(path, spec, str(pads))
-        hand.source = path
-        warnings = placement.warnings_of(hand)
-        if order := numbered_out_of_order(hand.joint_names):
-            warnings.append(order)
-        for warning in warnings:
-            _log.warning("%s: %s", path, warning)
-        return hand
+        with reading(path, HandError):
+            spec = hand_file.read_spec(path)
+            if is_pad_file(pads):
+                pads = entries_text(read_pad_file(pads).pads)
+            elif pads == "pad_*":
+                pads = hand_file.pads_said(spec) or pads
+            model = hand_file.compile_hand(spec)
+            try:
+                hand = cls(spec.modelname or path.stem, model, str(pads), "")
+            except ValueError as error:  # of a pad's size or name
+                raise HandError(f"{path}: {error}") from error
+            hand.xml = hand_file.self_contained(path, spec, str(pads))
+            hand.source = path
+            warnings = placement.warnings_of(hand)
+            if order := numbered_out_of_order(hand.joint_names):
+                warnings.append(order)
+            for warning in warnings:
+                _log.warning("%s: %s", path, warning)
+            return hand
 
     @classmethod
     def from_text(cls, xml: str) -> HandModel:
@@ -142,12 +144,13 @@ class HandModel(PadSet):
         Raises:
             HandError: The text cannot be read, has no pads, or has a free joint.
         """
-        spec = hand_file.parse_spec(xml)
-        model = hand_file.compile_hand(spec)
-        try:
-            return cls(spec.modelname, model, hand_file.pads_said(spec) or "pad_*", xml)
-        except ValueError as error:
-            raise HandError(f"the hand's text: {error}") from error
+        with reading("the hand's text", HandError):
+            spec = hand_file.parse_spec(xml)
+            model = hand_file.compile_hand(spec)
+            try:
+                return cls(spec.modelname, model, hand_file.pads_said(spec) or "pad_*", xml)
+            except ValueError as error:
+                raise HandError(f"the hand's text: {error}") from error
 
     def pad_transforms(
         self,

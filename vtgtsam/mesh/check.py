@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..exceptions import MeshError
+from ..input.door import reading
 from ..sdf.build import build_sdf
 from ..sdf.sign import regions
 from .orientation import outward
@@ -63,6 +64,11 @@ def check_mesh(path: str | Path, scale: float = 1.0, resolution: int = 128) -> M
     """
     mesh = read_mesh(path)
     mesh.apply_scale(scale)
+    with reading(path, MeshError):
+        return _looked_over(mesh, scale, resolution)
+
+
+def _looked_over(mesh: trimesh.Trimesh, scale: float, resolution: int) -> MeshReport:
     report = MeshReport()
     report.lines.extend(_describe(mesh, scale))
     try:

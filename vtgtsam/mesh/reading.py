@@ -44,15 +44,13 @@ def read_mesh(path: str | Path) -> trimesh.Trimesh:
         raise MeshError(f"{path} is an archive; unpack it and give the mesh in it")
     content = read_bytes(path, limits.MESH_BYTES, MeshError)
     with _quiet(), warnings.catch_warnings(action="ignore"):
-        mesh = _loaded(path, suffix, content)
-    check_geometry(mesh.vertices, mesh.faces, str(path))
-    return merged(mesh.vertices, mesh.faces)
+        return _loaded(path, suffix, content)
 
 
 @contextmanager
 def _quiet() -> Iterator[None]:
-    """Trimesh logs tracebacks of what it gets over."""
-    logger = logging.getLogger("trimesh")
+    """The library logs tracebacks of what it gets over."""
+    logger = logging.getLogger("trimesh.util")  # of all its loaders
     before, logger.disabled = logger.disabled, True
     try:
         yield
@@ -70,7 +68,9 @@ def _loaded(path: Path, suffix: str, content: bytes) -> trimesh.Trimesh:
         for geometry in loaded.geometry.values():
             if hasattr(geometry, "faces"):  # before anything computes with them
                 check_faces(geometry.vertices, geometry.faces, str(path))
-        return loaded.to_mesh()
+        mesh = loaded.to_mesh()
+        check_geometry(mesh.vertices, mesh.faces, str(path))
+        return merged(mesh.vertices, mesh.faces)
     except MeshError:
         raise
     except MemoryError:

@@ -18,6 +18,7 @@ import numpy as np
 from .. import limits
 from ..cache import cached_arrays
 from ..exceptions import MeshError
+from ..input.door import reading
 from ..mesh.orientation import outward
 from ..mesh.reading import read_mesh, sha256_of
 from ..mesh.validation import check_geometry, check_opening, check_size, size_doubts
@@ -77,7 +78,8 @@ def _compute(
     from .openings import close_openings
     from .sign import winding_grid
 
-    mesh, closed, problems = outward(vertices, faces)
+    with reading("the mesh", MeshError):  # of shapes that nobody thought of
+        mesh, closed, problems = outward(vertices, faces)
     lower, upper = mesh.bounds
     centre, half = (lower + upper) / 2, (0.5 + margin) * float((upper - lower).max())
     ticks = np.linspace(-half, half, resolution)
