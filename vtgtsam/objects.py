@@ -48,6 +48,19 @@ class ObjectModel:
     scale: float = field(default=1.0, kw_only=True)
     origin: tuple[float, float, float] = field(default=(0.0, 0.0, 0.0), kw_only=True)
 
+    def __post_init__(self) -> None:
+        if not isinstance(self.sdf, GridSdf):
+            raise ValueError(
+                f"object {self.name!r}: sdf must be a GridSdf, got {type(self.sdf).__name__}; build_sdf makes "
+                "one of a mesh, and load_object the whole object"
+            )
+        if self.mesh is not None and not hasattr(self.mesh, "faces"):
+            raise ValueError(
+                f"object {self.name!r}: mesh must be a trimesh.Trimesh or None, got {type(self.mesh).__name__}"
+            )
+        if self.symmetry is not None:
+            read_symmetry(self.symmetry)  # refuses what is none
+
     @property
     def center(self) -> np.ndarray:
         """Centre of the bounding box (of the grid, where there is no mesh) [m], shape (3,)."""

@@ -150,3 +150,13 @@ def test_an_object_is_named_or_a_path(wrong):
 def test_a_scale_of_another_type_is_refused(scale):
     with pytest.raises(ValueError, match="scale must be a positive number"):
         load_object("ball", scale=scale)
+
+
+def test_an_object_of_other_things_is_refused_at_its_making():
+    ball = load_object("ball", resolution=8)
+    with pytest.raises(ValueError, match="sdf must be a GridSdf, got Trimesh; build_sdf makes"):
+        ObjectModel("ball", ball.mesh)
+    with pytest.raises(ValueError, match="mesh must be a trimesh.Trimesh or None, got str"):
+        ObjectModel("ball", ball.sdf, "ball.obj")
+    with pytest.raises(VtgtsamError, match="the axis is zero"):
+        ObjectModel("ball", ball.sdf, symmetry={"symmetries_continuous": [{"axis": [0, 0, 0]}]})

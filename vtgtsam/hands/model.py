@@ -46,6 +46,10 @@ def load_hand(name_or_path: str | Path) -> HandModel:
     Raises:
         HandError: The name is unknown, or the file is not a hand with pads.
     """
+    if not isinstance(name_or_path, str | Path):
+        raise ValueError(
+            f"a hand is given by its name or the path of its file, got {type(name_or_path).__name__}"
+        )
     known = built_in_hands()
     if name_or_path in known:
         return HandModel.from_mjcf(_BUILT_IN / f"{name_or_path}.xml")
@@ -116,6 +120,11 @@ class HandModel(PadSet):
         Raises:
             HandError: The file cannot be read, has no pads, or has a free joint.
         """
+        if not isinstance(path, str | Path) or not isinstance(pads, str | Path):
+            raise ValueError(
+                "a hand's file is a path, and its pads a pattern of names or the path of a pads file, got "
+                f"{type(path).__name__} and {type(pads).__name__}"
+            )
         path = Path(path)
         with reading(path, HandError):
             spec = hand_file.read_spec(path)
@@ -262,7 +271,7 @@ def numbered_out_of_order(joint_names: Sequence[str]) -> str | None:
 
 
 def _matrix(T: gtsam.Pose3 | np.ndarray) -> np.ndarray:
-    matrix: np.ndarray = T if isinstance(T, np.ndarray) else T.matrix()
-    if matrix.shape != (4, 4):
-        raise ValueError(f"T_wh must be a Pose3 or have shape (4, 4), got {matrix.shape}")
+    matrix = np.asarray(T.matrix() if hasattr(T, "matrix") else T)
+    if matrix.shape != (4, 4) or matrix.dtype.kind not in "fiu":
+        raise ValueError(f"T_wh must be a Pose3 or have shape (4, 4), got {T!r:.80}")
     return matrix

@@ -46,6 +46,8 @@ class Pad:
     """
 
     def __init__(self, name: str, size: ArrayLike, points_p: ArrayLike | None = None) -> None:
+        if not isinstance(name, str):
+            raise ValueError(f"a pad's name is a text, got {name!r:.80}")
         self.name = name
         self.size = np.array(size, dtype=np.float64)
         if self.size.shape != (2,) or not np.isfinite(self.size).all():
@@ -89,9 +91,14 @@ class PadSet:
     """
 
     def __init__(self, pads: Iterable[Pad]) -> None:
+        if not isinstance(pads, Iterable):
+            raise ValueError(f"a hand's pads are a list of Pad, got {pads!r:.80}")
         self.pads = tuple(pads)
         if not self.pads:
             raise ValueError("a hand needs at least one pad, got none")
+        for pad in self.pads:
+            if not isinstance(pad, Pad):
+                raise ValueError(f"a hand's pads are a list of Pad, got {pad!r:.80} in it")
         self.pad_names = tuple(pad.name for pad in self.pads)
         doubles = sorted({name for name in self.pad_names if self.pad_names.count(name) > 1})
         if doubles:

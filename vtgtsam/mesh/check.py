@@ -265,6 +265,9 @@ def _sides(mesh: trimesh.Trimesh, sdf: GridSdf) -> tuple[float, float]:
     off = float(sdf.spacing.max())
     front, back = (sdf.value(points + side * off * out) for side in (1, -1))
     clear = (np.abs(np.abs(front) - off) < off / 4) & (np.abs(np.abs(back) - off) < off / 4)
+    rays, step = Rays(np.asarray(mesh.vertices), np.asarray(mesh.faces)), STEP * mesh.extents.max()
+    for side in (1, -1):
+        clear &= rays.first(points + side * step * out, side * out) > 1.5 * off
     return float((clear & (front > 0) & (back > 0)).mean()), float(
         (clear & (front < 0) & (back < 0)).mean()
     )

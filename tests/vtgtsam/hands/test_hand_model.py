@@ -8,7 +8,7 @@ import gtsam
 import numpy as np
 import pytest
 
-from vtgtsam import HandModel, load_hand
+from vtgtsam import HandModel, Pad, PadSet, load_hand
 from vtgtsam.exceptions import HandError
 
 MJCF = """
@@ -157,8 +157,13 @@ def test_angles_that_are_not_finite_are_named(pincer):
 
 
 def test_a_T_wh_of_the_wrong_shape_is_refused(pincer):
-    with pytest.raises(ValueError, match=r"\(4, 4\), got \(3, 3\)"):
-        pincer.pad_transforms([0, 0, 0], np.eye(3))
+    for wrong in (np.eye(3), [1, 2, 3], "world", np.full((4, 4), "a")):
+        with pytest.raises(ValueError, match=r"T_wh must be a Pose3 or have shape \(4, 4\), got"):
+            pincer.pad_transforms([0, 0, 0], wrong)
+    rows = np.eye(4).tolist()
+    np.testing.assert_array_equal(
+        pincer.pad_transforms([0, 0, 0], rows), pincer.pad_transforms([0, 0, 0])
+    )
 
 
 def test_copies_and_pickles_are_independent(pincer):
@@ -324,3 +329,26 @@ def test_numbered_joints_out_of_order_are_said(tmp_path, caplog):
     path.write_text(MJCF)
     load_hand(path)
     assert caplog.text == ""
+
+
+@pytest.mark.parametrize("wrong", [None, 3, ["isyhand"], load_hand])
+def test_a_hand_is_named_or_a_path(wrong):
+    with pytest.raises(ValueError, match="given by its name or the path of its file, got"):
+        load_hand(wrong)
+    with pytest.raises(ValueError, match="a hand's file is a path, and its pads a pattern"):
+        HandModel.from_mjcf("hand.xml", pads=wrong)
+
+
+@pytest.mark.parametrize(
+    ("pads", "message"),
+    [
+        ("pads", "a list of Pad, got 'p' in it"),
+        (3, "a list of Pad, got 3"),
+        ([("a", (0.02, 0.02))], r"a list of Pad, got \('a'"),
+    ],
+)
+def test_a_pad_set_is_made_of_pads(pads, message):
+    with pytest.raises(ValueError, match=message):
+        PadSet(pads)
+    with pytest.raises(ValueError, match="a pad's name is a text, got 3"):
+        Pad(3, (0.02, 0.02))
