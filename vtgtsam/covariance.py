@@ -3,12 +3,16 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
+from scipy.linalg.lapack import dposv
 
 LEVER = 0.1  # [m], a radian is weighed as this many metres: the size of an object in a hand
 # To information about metres in all six directions.
 _SCALE = np.array([1 / LEVER] * 3 + [1.0] * 3)
 _SCALES = np.outer(_SCALE, _SCALE)
+_EYE = np.eye(6)
 _ROUNDING = 1e-9  # an eigenvalue this far below the largest is rounding
 _NOTHING = 1e-12  # [1/m^2], less is no information: a standard deviation of 1000 km
 
@@ -39,15 +43,19 @@ def covariance_of(information: np.ndarray) -> np.ndarray:
 def _well_known(information: np.ndarray) -> np.ndarray | None:
     """The inverse where it says by itself that all directions are known.
 
-    The least eigenvalue is at least 1 / ||A^-1|| and the largest at most the trace, so that none needs to be computed.
+    The least eigenvalue is at least 1 / ||A^-1|| and the largest at most ||A||, so that none needs to be computed.
     """
-    try:
-        inverse: np.ndarray = np.linalg.inv(information)
-    except np.linalg.LinAlgError:
+    inverse: np.ndarray
+    _, inverse, failed = dposv(information, _EYE)
+    if failed:  # not positive definite
         return None
-    flat = inverse.ravel()
-    least = max(2 * _ROUNDING * information.trace(), _NOTHING)
-    return inverse if least**2 * flat.dot(flat) < 1.0 else None
+    least = max(2 * _ROUNDING * _norm(information), _NOTHING)
+    return inverse if least * _norm(inverse) < 1.0 else None
+
+
+def _norm(matrix: np.ndarray) -> float:
+    flat = matrix.ravel("K")
+    return math.sqrt(flat.dot(flat))
 
 
 def _pseudo_inverse(information: np.ndarray) -> np.ndarray:

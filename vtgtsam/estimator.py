@@ -211,7 +211,7 @@ class PoseEstimator:
 
 def _at(T_ho: gtsam.Pose3) -> gtsam.Values:
     values = gtsam.Values()
-    values.insert(OBJECT, T_ho)
+    values.insert(OBJECT, pose3=T_ho)  # by name: GTSAM finds the overload sooner
     return values
 
 
@@ -227,7 +227,7 @@ def _normal_equations(
 
 def _moved(T: gtsam.Pose3, points: np.ndarray) -> np.ndarray:
     """Points (N, 3), moved by T."""
-    moved: np.ndarray = points @ T.rotation().matrix().T + T.translation()
+    moved: np.ndarray = T.transformFrom(points.T).T
     return moved
 
 

@@ -11,6 +11,7 @@ import gtsam
 import numpy as np
 from numpy.typing import ArrayLike
 
+from .compiled import compiled_in_place
 from .exceptions import NotFiniteError
 from .hands.motion import hand_motion
 from .hands.pads import PadSet
@@ -18,7 +19,7 @@ from .measurement import Measurement
 
 _ORTHONORMAL = 1e-4  # largest deviation of R'R from I that still counts as rounding
 _FAR = 1e7  # [m]
-_EYE, _LAST_ROW = np.eye(3), np.array([0.0, 0.0, 0.0, 1.0])
+_ORIGIN = gtsam.Pose3()
 _SYMMETRIC = 1e-6  # largest relative difference of two entries that should be equal
 
 
@@ -82,7 +83,7 @@ def check(
         hand = hand_of(measurement, pads, before)
     except NotFiniteError:
         invalid.append("joints, T_wh or T_wp")
-        hand = Hand(gtsam.Pose3(), np.full((len(pads), 4, 4), np.nan))
+        hand = Hand(_ORIGIN, np.full((len(pads), 4, 4), np.nan))
     T_ho_visual = None
     if measurement.T_wo_visual is not None:
         require_pose(measurement.T_wo_visual, "T_wo_visual")
@@ -114,7 +115,7 @@ def hand_of(measurement: Measurement, pads: PadSet, before: Hand | None = None) 
             raise NotFiniteError("T_wh is not a finite pose")
     if measurement.T_wp is None:
         T_hp = _pads_by_joints(measurement, pads)
-        return Hand(gtsam.Pose3() if T_wh is None else T_wh, T_hp)
+        return Hand(_ORIGIN if T_wh is None else T_wh, T_hp)
     T_wp = _shaped(measurement.T_wp, (len(pads), 4, 4), "T_wp")
     if not is_pose(T_wp):
         if not np.abs(T_wp).max() < _FAR:
@@ -124,7 +125,7 @@ def hand_of(measurement: Measurement, pads: PadSet, before: Hand | None = None) 
         )
     if T_wh is None:
         if before is None:
-            return Hand(gtsam.Pose3(), T_wp)
+            return Hand(_ORIGIN, T_wp)
         T_wh = hand_motion(pads, before.T_wh.matrix() @ before.T_hp, T_wp).compose(before.T_wh)
     return Hand(T_wh, T_wh.inverse().matrix() @ T_wp)
 
@@ -167,13 +168,22 @@ def _is_covariance(matrix: np.ndarray) -> bool:
 
 def is_pose(T: np.ndarray) -> bool:
     """Whether matrices (..., 4, 4) are poses up to rounding, finite and on this planet."""
-    flat = T.ravel()
-    if not flat.dot(flat) < _FAR**2:
-        return False
-    R = T[..., :3, :3]
-    off = (R @ np.swapaxes(R, -1, -2) - _EYE).ravel()
-    last = (T[..., 3, :] - _LAST_ROW).ravel()
-    return bool(off.dot(off) + last.dot(last) < _ORTHONORMAL**2)
+    return _are_poses(np.ascontiguousarray(T).reshape(-1, 4, 4))
+
+
+@compiled_in_place
+def _are_poses(T: np.ndarray) -> bool:
+    """Whether R R' = I and the last row is 0 0 0 1 for matrices (N, 4, 4), and no translation is out of reach."""
+    off, farthest = 0.0, 0.0
+    for A in T:
+        for i in range(3):
+            for j in range(3):
+                dot = A[i, 0] * A[j, 0] + A[i, 1] * A[j, 1] + A[i, 2] * A[j, 2]
+                off += (dot - (i == j)) ** 2
+            off += A[3, i] ** 2
+        off += (A[3, 3] - 1.0) ** 2
+        farthest += A[0, 3] ** 2 + A[1, 3] ** 2 + A[2, 3] ** 2
+    return off < _ORTHONORMAL**2 and farthest < _FAR**2  # neither holds for what is not finite
 
 
 def require_pose(value: object, name: str) -> None:

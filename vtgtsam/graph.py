@@ -110,5 +110,5 @@ def _graph(*factors: gtsam.NonlinearFactor | None) -> gtsam.NonlinearFactorGraph
     graph = gtsam.NonlinearFactorGraph()
     for factor in factors:
         if factor is not None:
-            graph.push_back(factor)
+            graph.add(factor)
     return graph

@@ -50,8 +50,9 @@ def _parameters(damping: float, iterations: int) -> gtsam.LevenbergMarquardtPara
     parameters = gtsam.LevenbergMarquardtParams()
     parameters.setlambdaInitial(damping)
     parameters.setMaxIterations(iterations)
-    # Costs can be squared metres: the default tolerances of 1e-5 would stop millimetres away.
-    parameters.setRelativeErrorTol(0.0)
+    # Costs can be squared metres: the default absolute tolerance of 1e-5 would stop millimetres away. A step that takes
+    # a billionth of the cost away is some ten nanometres long, and the next ones would be rounding.
+    parameters.setRelativeErrorTol(1e-9)
     parameters.setAbsoluteErrorTol(0.0)
     parameters.setDiagonalDamping(False)
     # There are one or two variables: no tree of cliques to build, which takes a third of a cold frame's solving.

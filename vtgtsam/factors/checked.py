@@ -4,14 +4,12 @@
 GTSAM 4.3 calls the Python callback and trusts what it leaves behind. A Jacobian not set, one-dimensional or
 with too few rows ends the process with a segmentation fault; wrong columns, NaN in the residual and a zero
 sigma make the optimiser return its start without a word. Each of these raises a ``FactorError`` here.
-
-``checked_factor`` takes any callback and checks it at every call. ``filled_factor`` is for compiled code that fills
-the same arrays at every call: these are checked once.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import lru_cache
 from math import isfinite
 from typing import Any
 
@@ -80,6 +78,7 @@ class _Jacobians(list[Any]):
         return jacobian
 
 
+@lru_cache(maxsize=256)  # frames share most of their noise models
 def _check_sigmas(noise: gtsam.noiseModel.Base) -> None:
     gaussian = noise.noise() if isinstance(noise, gtsam.noiseModel.Robust) else noise
     sigmas = gaussian.sigmas()

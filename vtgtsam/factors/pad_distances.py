@@ -40,11 +40,10 @@ class PadDistances:
             FactorError: The pose is not finite.
         """
         if self._T_ho is None or not T_ho.equals(self._T_ho, 0.0):
-            matrix = T_ho.matrix()
-            flat = matrix.ravel()
+            T = np.ascontiguousarray(T_ho.matrix())  # GTSAM's are in Fortran order
+            flat = T.ravel()
             if not isfinite(flat.dot(flat)):
-                raise FactorError(f"no distances at a pose that is not finite:\n{matrix}")
-            T = np.ascontiguousarray(matrix)  # GTSAM's are in Fortran order
+                raise FactorError(f"no distances at a pose that is not finite:\n{T}")
             self._contacts = self._closest.search(T, self._T_hp, self.touching)
             self._T_ho = T_ho
         return self._contacts

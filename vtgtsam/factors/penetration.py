@@ -15,6 +15,7 @@ from __future__ import annotations
 import gtsam
 import numpy as np
 
+from ..compiled import compiled_in_place
 from .checked import checked_factor
 from .pad_distances import PadDistances
 
@@ -27,7 +28,17 @@ def penetration_residual(distances: np.ndarray) -> np.ndarray:
 
 def penetration_jacobian(distances: np.ndarray, jacobians: np.ndarray) -> np.ndarray:
     """Derivative of ``penetration_residual``, shape (K, 6), from distances (K,) and their derivatives (K, 6)."""
-    return jacobians * (distances < 0.0)[:, None]
+    jacobian = np.zeros(jacobians.shape)
+    _copy_rows_inside(distances, jacobians, jacobian)
+    return jacobian
+
+
+@compiled_in_place
+def _copy_rows_inside(distances: np.ndarray, source: np.ndarray, target: np.ndarray) -> None:
+    for k in range(len(distances)):
+        if distances[k] < 0.0:
+            for i in range(source.shape[1]):
+                target[k, i] = source[k, i]
 
 
 def penetration_factor(

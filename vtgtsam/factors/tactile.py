@@ -18,6 +18,7 @@ from __future__ import annotations
 import gtsam
 import numpy as np
 
+from ..compiled import compiled_in_place
 from .checked import checked_factor
 from .pad_distances import PadDistances
 
@@ -30,7 +31,17 @@ def tactile_residual(distances: np.ndarray) -> np.ndarray:
 
 def tactile_jacobian(distances: np.ndarray, jacobians: np.ndarray) -> np.ndarray:
     """Derivative of ``tactile_residual``, shape (N, 6), from the distances (N,) and their derivatives (N, 6)."""
-    return jacobians * (distances > 0.0)[:, None]
+    jacobian = np.zeros(jacobians.shape)
+    _copy_rows_of_gaps(distances, jacobians, jacobian)
+    return jacobian
+
+
+@compiled_in_place
+def _copy_rows_of_gaps(distances: np.ndarray, source: np.ndarray, target: np.ndarray) -> None:
+    for k in range(len(distances)):
+        if distances[k] > 0.0:
+            for i in range(source.shape[1]):
+                target[k, i] = source[k, i]
 
 
 def tactile_factor(
@@ -49,7 +60,7 @@ def tactile_factor(
         factor: gtsam.CustomFactor, values: gtsam.Values, jacobians: list[np.ndarray] | None
     ) -> np.ndarray:
         contacts = pads.at(values.atPose3(key))
-        distances = contacts.distances.take(touching)
+        distances = contacts.distances[touching]
         if jacobians is not None:
             jacobians[0] = tactile_jacobian(distances, contacts.jacobians.take(touching, axis=0))
         return tactile_residual(distances)
