@@ -55,13 +55,13 @@ def scaling(
 
 
 @app.command()
-def honesty(
+def consistency(
     recordings: Annotated[
         Path, typer.Argument(help="Folder of recordings with truth.", exists=True)
     ],
 ) -> None:
     """Whether poses are as uncertain as their covariances say, the tracker's and the estimator's."""
-    from .honesty import run
+    from .consistency import run
 
     run(recordings)
 
@@ -95,6 +95,16 @@ def tuning(
 
 
 @app.command()
+def breakdown(
+    frames: Annotated[int, typer.Option(min=20, help="Frames a problem.")] = 100,
+) -> None:
+    """Where a frame's time goes: GTSAM, callbacks, the search, the rest."""
+    from .breakdown import run
+
+    run(frames)
+
+
+@app.command()
 def soak(
     frames: Annotated[int, typer.Option(min=100, help="Frames in one process.")] = 100_000,
     solver: Annotated[str, typer.Option(help="lm or fixed-damping.")] = "lm",
@@ -103,6 +113,14 @@ def soak(
     from .soak import run
 
     run(frames, solver)
+
+
+@app.command()
+def startup() -> None:
+    """Time a process up to its first estimate, with empty caches and with full ones."""
+    from .startup import run
+
+    run()
 
 
 @app.command()

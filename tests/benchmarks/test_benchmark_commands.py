@@ -10,6 +10,7 @@ from typer.testing import CliRunner
 
 from benchmarks import (
     accuracy,
+    breakdown,
     evaluation,
     field,
     problems,
@@ -75,6 +76,17 @@ def test_scaling_names_the_slope_of_each_curve(results, monkeypatch):
     assert (results / "scaling_pads.png").exists()
 
 
+def test_breakdown_names_each_part_of_a_frame_with_caches_warm_and_emptied(results, monkeypatch):
+    monkeypatch.setattr(breakdown, "CASES", ("tracked",))
+    assert "searching closest points" in run("breakdown", "--frames", "20")
+    data = json.loads((results / "breakdown.json").read_text())
+    assert len(data["tracked"]) == 4
+    for found in data["tracked"].values():
+        assert all(found[part] > 0 for part in breakdown.PARTS)
+        assert found["callbacks, calls"] > 10
+        assert found["searching closest points, calls"] >= 5
+
+
 def test_soak_reports_growth(results, monkeypatch):
     monkeypatch.setattr(soak, "CYCLE", 20)
     assert "memory grew by" in run("soak", "--frames", "100")
@@ -107,3 +119,13 @@ def test_evaluation_names_the_parts_the_speed_up_and_the_slope(results, monkeypa
     assert all(row["speed-up, whole call"] == 1 for row in data["batches"])
     assert all(data["parts"][0][part] > 0 for part in evaluation.PARTS)
     assert (results / "evaluation_parts.png").exists()
+
+
+@pytest.mark.slow
+def test_the_first_estimate_on_a_new_machine_takes_seconds_and_later_ones_little(results):
+    run("startup")
+    first, code_kept, kept = json.loads((results / "startup.json").read_text())["rows"]
+    assert first["together"] < 40  # 10 on a machine that does nothing else
+    assert kept["together"] < first["together"] / 2
+    assert kept["hand and object"] < first["hand and object"] / 2
+    assert code_kept["estimator"] < first["estimator"] / 2

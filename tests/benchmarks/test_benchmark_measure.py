@@ -2,11 +2,15 @@
 import mmap
 import time
 
+import gtsam
+import numpy as np
 import pytest
 
-from benchmarks import measure, problems, scaling, soak
+from benchmarks import breakdown, measure, problems, scaling, soak
+from benchmarks.breakdown import CALLBACKS, GTSAM, OUTSIDE, SEARCH, Stopwatch, watched
 from benchmarks.clock import Time, timed
 from benchmarks.measure import Times, ratio, take_turns
+from benchmarks.ours import Ours
 from benchmarks.report import machine, table
 from benchmarks.solver import Solved
 
@@ -86,6 +90,40 @@ def test_sweeps_build_the_problem_they_name():
     assert len(scaling._points(64, 1).points_p) == 16 * 64
     assert scaling._resolution(48, 1).values.shape == (48, 48, 48)
     assert scaling._iterations(7, 1).iterations == 7
+
+
+def test_a_part_of_a_frame_is_not_charged_for_the_parts_that_it_calls(monkeypatch):
+    now = iter(range(100))
+    monkeypatch.setattr(breakdown.time, "perf_counter", lambda: next(now))
+    watch = Stopwatch()
+    search = watch.around(SEARCH, lambda: "found")
+    optimise = watch.around(GTSAM, lambda: [search(), search()])
+    assert optimise() == ["found", "found"]
+    assert watch.seconds[GTSAM] == 3 and watch.seconds[SEARCH] == 2
+    assert watch.calls == {GTSAM: 1, SEARCH: 2}
+
+
+def test_the_stopwatch_goes_back_to_the_caller_where_a_part_fails():
+    watch = Stopwatch()
+
+    def fails():
+        raise ValueError
+
+    with pytest.raises(ValueError):
+        watch.around(GTSAM, watch.around(SEARCH, fails))()
+    assert watch.now == OUTSIDE
+
+
+def test_the_stopwatch_stands_at_the_estimators_doors_and_leaves_them_as_they_were(problem):
+    ours, watch = Ours(problem, "fixed-damping"), Stopwatch()
+    make = gtsam.CustomFactor
+    with watched(watch):
+        seen = ours.solve(0, problem.T_start[:1])
+    assert gtsam.CustomFactor is make
+    assert watch.calls[SEARCH] == problem.iterations + 2  # where it ends: error, then every pad
+    assert watch.calls[CALLBACKS] == 2 * (problem.iterations + 2)
+    np.testing.assert_array_equal(seen.T_wo, ours.solve(0, problem.T_start[:1]).T_wo)
+    assert watch.calls[SEARCH] == problem.iterations + 2
 
 
 def test_memory_growth_is_told_from_the_tenth_of_the_run_on():

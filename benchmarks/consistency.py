@@ -29,7 +29,7 @@ SHARES = (0.1, 0.5, 0.9)  # of the recordings
 
 
 def run(recordings: Path) -> None:
-    """Measure, and write ``honesty.md`` and ``honesty.json``."""
+    """Measure, and write ``consistency.md`` and ``consistency.json``."""
     paths = list(find_recordings([recordings]).values())
     found: dict[tuple[str, str], list[float]] = {}
     for path in paths:
@@ -46,7 +46,7 @@ def run(recordings: Path) -> None:
                     found.setdefault((what, phase), []).append(float(chosen.mean()))
     rows = [_row(what, phase, values) for (what, phase), values in found.items()]
     text = f"{len(paths)} recordings; mean of e'S^-1e / 6 over each one's frames.\n\n{table(rows)}"
-    save("honesty", text, {"rows": rows}, {})
+    save("consistency", text, {"rows": rows}, {})
 
 
 def nees(T_est: gtsam.Pose3, covariance: np.ndarray, T_true: gtsam.Pose3) -> float:

@@ -3,7 +3,7 @@ import gtsam
 import numpy as np
 import pytest
 
-from benchmarks.honesty import nees
+from benchmarks.consistency import nees
 
 
 def test_errors_drawn_from_the_covariance_have_a_mean_of_1_and_others_have_not():
