@@ -21,7 +21,7 @@ from functools import partial
 from pathlib import Path
 from typing import Protocol
 
-from vtgtsam.atomic import replacing, write_text
+from vtgtsam.atomic import remove_leftovers, replacing, write_text
 from vtgtsam.evaluation.engine import run_tasks
 from vtgtsam.evaluation.resume import code_version
 from vtgtsam.exceptions import VtgtsamError
@@ -202,8 +202,7 @@ def _make(
         return Outcome(name, problem=unusable[name.object])  # may be mended, so nothing is kept
     files = {scale: recording_path(folder, name, scale, noise_scales) for scale in noise_scales}
     for path in files.values():  # what a killed run left; other runs may be at other sequences
-        for leftover in path.parent.glob(f".{path.name}.*"):
-            leftover.unlink(missing_ok=True)
+        remove_leftovers(path)
     try:
         with ExitStack() as stack:
             parts = {scale: stack.enter_context(replacing(path)) for scale, path in files.items()}

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -24,6 +25,13 @@ def replacing(path: Path) -> Iterator[Path]:
         raise
     finally:
         temporary.unlink(missing_ok=True)
+
+
+def remove_leftovers(path: Path) -> None:
+    """Remove what ``replacing`` of this path left beside it when the process was killed."""
+    for other in path.parent.glob(f".*{LEFTOVER}"):
+        if re.fullmatch(rf"\.{re.escape(path.name)}\.\d+{re.escape(LEFTOVER)}", other.name):
+            other.unlink(missing_ok=True)
 
 
 def write_text(path: Path, text: str) -> None:

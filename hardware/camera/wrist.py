@@ -23,6 +23,7 @@ import yaml
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, FiniteFloat, ValidationError
 
 from vtgtsam.exceptions import ConfigError
+from vtgtsam.input.text import parse_yaml
 
 from .camera import Camera, CameraError
 from .tag import IMAGES, TagDetector, TagPose, measure_tag
@@ -117,7 +118,7 @@ def load_wrist(path: str | Path) -> gtsam.Pose3:
     """
     advice = "run `python -m hardware calibrate-wrist`"
     try:
-        document = yaml.safe_load(Path(path).read_text(encoding="utf-8"))
+        document = parse_yaml(Path(path).read_bytes(), f"the wrist calibration {path}", ConfigError)
         return _pose(_WristFile.model_validate(document).T_ch)
     except ValidationError as error:
         raise ConfigError(

@@ -15,6 +15,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationEr
 from hardware.camera.wrist import TagMount
 from hardware.tactile.wiring import PadWiring
 from vtgtsam.exceptions import ConfigError
+from vtgtsam.input.text import parse_yaml
 
 from .table import BAUD_CODES, MODELS, STATE, TICKS_PER_TURN, X330, Model
 
@@ -181,7 +182,7 @@ def load_description(name_or_path: str | Path) -> HandDescription:
     """
     path = description_path(name_or_path)
     try:
-        content = yaml.safe_load(path.read_text(encoding="utf-8"))
+        content = parse_yaml(path.read_bytes(), str(path), ConfigError)
         if not isinstance(content, dict):
             raise ConfigError(f"{path} must be a mapping as hardware/data/isyhand.yaml is")
         for key in ("hand", "grasp"):  # beside this file, or a name

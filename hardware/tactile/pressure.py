@@ -22,6 +22,7 @@ import yaml
 
 from hardware.device import PadDevice, PadState
 from vtgtsam.exceptions import ConfigError, VtgtsamError
+from vtgtsam.input.text import parse_yaml
 
 from .board import PadBoard
 from .wiring import PadWiring
@@ -179,7 +180,7 @@ def load_scale(path: str | Path, wiring: PadWiring) -> PadScale:
         ConfigError: It cannot be read, or lacks a pad that is not disabled.
     """
     try:
-        document = yaml.safe_load(Path(path).read_text(encoding="utf-8"))
+        document = parse_yaml(Path(path).read_bytes(), f"the pad calibration {path}", ConfigError)
     except FileNotFoundError:
         raise ConfigError(f"there is no pad calibration {path} yet: {_ADVICE}") from None
     except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:

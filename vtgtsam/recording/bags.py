@@ -144,10 +144,13 @@ class RosBag:
         try:
             from rosbags.highlevel import AnyReader
             from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+
+            from .rosbags_limits import keep_limits
         except ImportError:
             raise RecordingError(
                 f"{self.path} needs the rosbags library; type: pip install 'vtgtsam[bags]'"
             ) from None
+        keep_limits()
         # For bags of older ROS 2 versions, which hold no definitions.
         typestore = get_typestore(Stores.ROS2_HUMBLE)
         typestore.register(get_types_from_msg(definition(TACTILE_PADS), TACTILE_PADS))

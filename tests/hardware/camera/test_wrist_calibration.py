@@ -77,7 +77,7 @@ def test_the_calibration_survives_its_file(tmp_path):
 @pytest.mark.parametrize(
     "text, message",
     [
-        ("[", "cannot read the wrist calibration"),
+        ("[", "the wrist calibration .* is not valid YAML"),
         ("", "must hold T_ch"),
         ("T_ch: [0, 0, 0.4, 0, 0, 0, 2]", "quaternion of norm 1, got .*: run `python -m hardware"),
         ("T_ch: [0, 0, .nan, 0, 0, 0, 1]", "must hold T_ch"),

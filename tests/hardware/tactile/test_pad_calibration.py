@@ -140,7 +140,7 @@ def test_a_file_without_a_needed_pad_says_which_and_what_to_do(tmp_path):
 @pytest.mark.parametrize(
     "text, message",
     [
-        ("pads: [", "cannot read the pad calibration"),
+        ("pads: [", "the pad calibration .* is not valid YAML"),
         ("{}", "holds no pad calibration"),
         ("pads: {pad_index_p: {baseline_ohm: 9e3}}", "pad_index_p: needs the numbers"),
         ("pads: {pad_index_p: {baseline_ohm: 9.0, drop_ohm: -2}}", "needs 0 < drop_ohm"),
