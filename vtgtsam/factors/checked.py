@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from functools import lru_cache
 from math import isfinite
-from typing import Any
+from typing import cast
 
 import gtsam
 import numpy as np
@@ -20,7 +20,7 @@ from ..exceptions import FactorError
 
 POSE3_DIMENSION = 6
 
-ErrorFunction = Callable[[gtsam.CustomFactor, gtsam.Values, "list[Any] | None"], np.ndarray]
+ErrorFunction = Callable[[gtsam.CustomFactor, gtsam.Values, "list[np.ndarray] | None"], np.ndarray]
 
 
 def checked_factor(
@@ -49,7 +49,7 @@ def checked_factor(
     _check_sigmas(noise)
 
     shape, shapes = (rows,), [(rows, count) for count in columns]
-    filled, empty = _Jacobians([None] * len(keys)), [None] * len(keys)
+    filled, empty = _Jacobians(), [None] * len(keys)
 
     def checked(
         factor: gtsam.CustomFactor, values: gtsam.Values, jacobians: list[np.ndarray] | None
@@ -57,18 +57,22 @@ def checked_factor(
         if jacobians is None:
             return _residual(error(factor, values, None), shape)
         filled[:] = empty
-        residual = _residual(error(factor, values, filled), shape)
+        residual = _residual(error(factor, values, cast("list[np.ndarray]", filled)), shape)
         for index, expected in enumerate(shapes):
-            jacobians[index] = _jacobian(_assigned(filled, index), expected, index)
+            jacobians[index] = _jacobian(filled.assigned(index), expected, index)
         return residual
 
     return gtsam.CustomFactor(noise, list(keys), checked)
 
 
-class _Jacobians(list[Any]):
+class _Jacobians(list["np.ndarray | None"]):
     """The list a callback fills; GTSAM's own cannot be written in place, and says so badly."""
 
-    def __getitem__(self, index: Any) -> Any:
+    def assigned(self, index: int) -> np.ndarray | None:
+        """What the callback has assigned, if anything."""
+        return super().__getitem__(index)
+
+    def __getitem__(self, index: int) -> np.ndarray:  # type: ignore[override]
         jacobian = super().__getitem__(index)
         if jacobian is None:
             raise FactorError(
@@ -86,10 +90,7 @@ def _check_sigmas(noise: gtsam.noiseModel.Base) -> None:
         raise FactorError(f"the noise model's sigmas must be finite and positive, got {sigmas}")
 
 
-_assigned = list.__getitem__
-
-
-def _residual(returned: Any, shape: tuple[int]) -> np.ndarray:
+def _residual(returned: object, shape: tuple[int]) -> np.ndarray:
     if type(returned) is np.ndarray and returned.shape == shape:
         residual = returned
     else:
@@ -104,7 +105,7 @@ def _residual(returned: Any, shape: tuple[int]) -> np.ndarray:
     return residual
 
 
-def _jacobian(assigned: Any, shape: tuple[int, int], index: int) -> np.ndarray:
+def _jacobian(assigned: np.ndarray | None, shape: tuple[int, int], index: int) -> np.ndarray:
     if assigned is None:
         raise FactorError(
             f"the callback left jacobians[{index}] unset; assign jacobians[{index}] = J"
