@@ -44,6 +44,8 @@ def test_a_hand_known_by_its_pads_begins_at_the_worlds_origin_and_moves_with_the
     then = hand_of(moved, pads, before=first)
     assert then.T_wh.equals(T_WH, 1e-9)
     np.testing.assert_allclose(then.T_hp, first.T_hp, atol=1e-9)
+    further = replace(measurement, T_wp=T_WH.matrix() @ moved.T_wp)
+    assert hand_of(further, pads, before=then).T_wh.equals(T_WH.compose(T_WH), 1e-9)
 
 
 def test_a_given_hand_pose_counts_with_given_pad_poses():
