@@ -2,6 +2,7 @@
 import numpy as np
 import pytest
 
+from vtgtsam import load_hand
 from vtgtsam.exceptions import HandError
 from vtgtsam.grasp.description import Palm, load_grasp
 
@@ -78,3 +79,17 @@ def test_a_level_palm_faces_up_with_the_fingers_along_x():
     assert np.linalg.det(R_wh) == pytest.approx(1.0)
     np.testing.assert_allclose(R_wh @ (0, 1, 0), (0, 0, 1), atol=1e-12)
     np.testing.assert_allclose(R_wh @ (0, 0, 1), (1, 0, 0), atol=1e-12)
+
+
+def test_a_pads_file_is_relative_to_the_description(tmp_path):
+    hand = load_hand("isyhand")
+    (tmp_path / "hand.xml").write_text(hand.xml)
+    box = hand.pad_boxes[0]
+    body = hand.model.body(box.body).name
+    (tmp_path / "pads.yaml").write_text(
+        f"pads: [{{name: one, body: {body}, pos: [0.02, 0, 0.0105], normal: +z, size: [0.02, 0.015]}}]"
+    )
+    text = "hand: hand.xml\npads: pads.yaml\nfingers: [[index_proximal]]\n"
+    palm = "palm: {center: [0, 0, 0], normal: [0, 0, 1], fingers: [1, 0, 0]}\n"
+    (tmp_path / "grasp.yaml").write_text(text + palm)
+    assert load_grasp(tmp_path / "grasp.yaml").load_hand().pad_names == ("one",)
