@@ -176,11 +176,14 @@ class EmulatedServo(ServoMemory):
     Attributes:
         temperature: Of its motor [degrees Celsius].
         turns: Whole turns of its motor when it was switched on, of which it knows nothing; None until it looks.
+        stuck: Whether its encoder stays where it is. The position loop then pulls by the error it still reads.
     """
 
     def __init__(self, servo_id: int, baud: int = 57600, model: str = "XL330-M288-T") -> None:
         super().__init__(servo_id, baud, model)
         self.turns: int | None = None
+        self.stuck = False
+        self._unread = 0  # [ticks], by which the motor turned while its encoder was stuck
         self.temperature = _AMBIENT
         self.set("present_input_voltage", 50)
         self._motion = Motion(2048.0)
@@ -224,6 +227,7 @@ class EmulatedServo(ServoMemory):
             torque=self.torque,
             goal=self.get("goal_position")
             - self.get("homing_offset")
+            + self._unread
             + TICKS_PER_TURN * (self.turns or 0),
             current_cap=abs(self.get("goal_current")) if capped else self.get("current_limit"),
             p_gain=self.get("position_p_gain"),
@@ -244,9 +248,11 @@ class EmulatedServo(ServoMemory):
         self._motion = motion
         if self.turns is None:
             self.turns = round(motion.position) // TICKS_PER_TURN
-        position = round(motion.position) - TICKS_PER_TURN * self.turns
-        speed = round(motion.velocity * _TICK / X330["present_velocity"].scale)
-        self.set("present_position", position + self.get("homing_offset"))
+        count = round(motion.position) - TICKS_PER_TURN * self.turns + self.get("homing_offset")
+        self._unread = count - self.get("present_position") if self.stuck else 0
+        self.set("present_position", count - self._unread)
+        moved = 0.0 if self.stuck else motion.velocity
+        speed = round(moved * _TICK / X330["present_velocity"].scale)
         self.set("present_velocity", speed)
         self.set("present_current", round(motion.current))
         self.set("moving", int(abs(speed) > self.get("moving_threshold")))

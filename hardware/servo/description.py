@@ -111,6 +111,7 @@ class HandDescription(_Model):
         patience: How long a cycle waits for answers beyond their time on the line [s].
         check_clocks: Whether an answer is refused that by the servo's own clock was made before the
             question, or after a restart.
+        check_encoders: Whether a joint is refused that stands still though its motor turns.
         joints: The joints, in any order: they go by name.
         pads: How the pads are wired to the pad board; None for a hand without pads.
         wrist_tag: The AprilTag on the wrist; None for a hand without one.
@@ -125,6 +126,7 @@ class HandDescription(_Model):
     max_speed: float = Field(default=5.5, gt=0, le=10.8)
     patience: float = Field(default=0.012, gt=0, le=0.1)
     check_clocks: bool = True
+    check_encoders: bool = True
     joints: tuple[Joint, ...] = Field(min_length=1)
     pads: PadWiring | None = None
     wrist_tag: TagMount | None = None

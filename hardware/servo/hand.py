@@ -206,7 +206,7 @@ class Hand(HandDevice):
                 self.bus.ping(servo_id, attempts=_BOOT_ATTEMPTS)
 
     def remarks(self) -> list[str]:
-        """Answers that were lost, and servos whose supply was too weak."""
+        """Answers that were lost, servos whose supply was too weak, joints that stopped dead."""
         lines = []
         if diagnosis := self.bus.traffic.diagnosis(self.bus.label):
             lines.append(diagnosis)
@@ -218,7 +218,7 @@ class Hand(HandDevice):
         ]
         if weak:
             lines.append(f"supply too weak at times: {', '.join(weak)}; check supply and cables")
-        return lines
+        return [*lines, *self._guard.doubts.values()]
 
     def _refuse_slow_line(self) -> None:
         """ServoError where a cycle takes longer on the line than the loop has."""
@@ -232,11 +232,11 @@ class Hand(HandDevice):
     def _see_obedience(self, trouble: Trouble) -> None:
         """Add to the trouble what servos under torque say of watchdog and torque.
 
-        Those that show other goals than theirs are asked at once, the others in turn.
+        Those that show other goals than theirs, or stand although told to move, are asked at once, the others in turn.
         """
         if not self._enabled:
             return
-        asked = trouble.disobedient[:1]
+        asked = [*trouble.disobedient, *trouble.stuck][:1]
         self._cycles += 1
         if not asked and self._cycles % _POLL == 0:
             joints = self.description.joints
@@ -245,6 +245,7 @@ class Hand(HandDevice):
             if why := safety.disobedience(self.bus, joint, self.description.watchdog):
                 trouble.reasons.append(why)
                 trouble.disobedient.clear()
+                trouble.stuck.clear()
 
     def _complete_state(self) -> HandState:
         """A state in which every joint has just answered."""

@@ -15,6 +15,7 @@ from hardware.device import CommandError, HandState
 
 from .bus import Bus, BusError, ServoError, SyncRead
 from .description import HandDescription, Joint
+from .encoders import EncoderWatch
 from .setup import describe_error
 from .state import StateTracker
 from .table import OBEDIENCE
@@ -33,14 +34,16 @@ class Trouble:
     alerts: list[Joint] = field(default_factory=list)
     disobedient: list[Joint] = field(default_factory=list)
     silent: list[Joint] = field(default_factory=list)
+    stuck: dict[Joint, str] = field(default_factory=dict)
     reasons: list[str] = field(default_factory=list)
 
     def __bool__(self) -> bool:
-        return bool(self.alerts or self.disobedient or self.silent or self.reasons)
+        return bool(self.alerts or self.disobedient or self.silent or self.stuck or self.reasons)
 
     def describe(self, bus: Bus) -> str:
         """In words, after asking the servos concerned; torque should be off by then."""
         self.reasons += [f"{joint.label} does not take its goals" for joint in self.disobedient]
+        self.reasons += self.stuck.values()
         words = [_describe_alert(bus, joint.id) for joint in self.alerts] + self.reasons
         if self.silent:
             words.append(_describe_silence(bus, self.silent))
@@ -52,6 +55,7 @@ class Guard:
 
     Attributes:
         lowest: Least supply voltage that each joint's servo has reported [V], by joint name.
+        doubts: What was seen of joints that need not be wrong, for people, by joint name.
     """
 
     def __init__(self, description: HandDescription) -> None:
@@ -59,6 +63,8 @@ class Guard:
         self._joints = tuple(joints)
         self._least = [description.model(joint).supply[0] for joint in joints]
         self.lowest = {joint.name: math.inf for joint in joints}
+        self.doubts: dict[str, str] = {}
+        self._encoders = [EncoderWatch(joint) for joint in joints if description.check_encoders]
         self._lost_goals = [0] * len(joints)
         self._warned: set[int] = set()
 
@@ -89,7 +95,36 @@ class Guard:
             self._see_supply(index, float(state.voltages[index]))
             if self._hot(joint, float(state.temperatures[index])):
                 trouble.reasons.append(f"{joint.label} is hotter than {HOT:.0f} degrees")
+        for index, encoder in enumerate(self._encoders):
+            if tracker.misses[index] == 0:
+                self._see_encoder(encoder, self._joints[index], read, sent, trouble)
         return trouble
+
+    def _see_encoder(
+        self,
+        encoder: EncoderWatch,
+        joint: Joint,
+        read: SyncRead,
+        sent: Mapping[int, int],
+        trouble: Trouble,
+    ) -> None:
+        """Add to the trouble where a joint's count is wrong; warn once where it may be."""
+        if joint.id not in sent:  # without torque, or never told to move
+            encoder.forget()
+            return
+        answer = read.answers[joint.id]
+        values = answer.values
+        encoder.see(
+            answer.arrived,
+            values["present_position"],
+            values["goal_position"],
+            values["present_current"],
+        )
+        if encoder.stuck:
+            trouble.stuck[joint] = encoder.stuck
+        if encoder.doubtful and joint.name not in self.doubts:
+            self.doubts[joint.name] = encoder.doubtful
+            log.warning("%s", encoder.doubtful)
 
     def _goal_lost(self, index: int, tracker: StateTracker, sent: Mapping[int, int]) -> bool:
         """Whether a servo has shown another goal than the one sent for too many cycles."""

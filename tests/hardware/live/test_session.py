@@ -211,6 +211,19 @@ def test_a_stuck_encoder_is_not_believed(bench):
     assert bench.all_off()
 
 
+def test_an_encoder_that_sticks_while_the_hand_closes_is_named(bench):
+    def stick():
+        with bench.line.lock:
+            bench.line.servos[12].stuck = True
+
+    when_closing(bench, stick)
+    with pytest.raises(
+        ServoError, match=r"index_middle \(servo 12\) reads .* its encoder is stuck"
+    ):
+        bench.run()
+    assert bench.all_off()
+
+
 def test_somebody_watches_while_a_person_is_asked(bench):
     asked = []
 
