@@ -54,7 +54,7 @@ def run(line, description, cycles=CYCLES):
     joints = description.joints
     tracker = StateTracker(joints, description.check_clocks)
     came = 0
-    ways = np.zeros(len(joints))  # [s], of each servo's fastest answer: its clock is known no better
+    ways = np.zeros(len(joints))  # [s], of each servo's fastest answer, which bounds its clock
     with Bus(line.path, 1_000_000) as bus:
         for _ in range(cycles):
             ages = np.array([tracker.age(k, time.monotonic()) for k in range(len(joints))])
