@@ -128,11 +128,14 @@ def evaluation(
     recordings: Annotated[
         Path | None, typer.Option(help="Recordings; simulated where not given.", exists=True)
     ] = None,
+    folders: Annotated[
+        bool, typer.Option(help="Whole folders too, by the clock: on a machine without other work.")
+    ] = True,
 ) -> None:
     """Time the evaluation of recordings: parts of a sequence, folders, two processes."""
     from .evaluation import run
 
-    run(recordings)
+    run(recordings, folders)
 
 
 @app.command()

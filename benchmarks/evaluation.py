@@ -36,8 +36,8 @@ JOBS = (1, 2)
 PARTS = ("reading", "object", "estimating", "ADD-S", "other errors", "writing")
 
 
-def run(recordings: Path | None = None) -> None:
-    """Measure, and write ``evaluation.md``, ``evaluation.json`` and two figures."""
+def run(recordings: Path | None = None, folders: bool = True) -> None:
+    """Measure, and write ``evaluation.md``, ``evaluation.json`` and two figures, one where ``folders`` is false."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         if recordings is None:
@@ -46,20 +46,25 @@ def run(recordings: Path | None = None) -> None:
         paths = list(find_recordings([recordings]).values())
         parts_of(paths[0], folder)  # compiles
         parts = [parts_of(path, folder) for path in paths]
-        batches = with_speed_up([batch(paths, n, jobs, folder) for n in SEQUENCES for jobs in JOBS])
+        text = [f"## One sequence, {', '.join(METHODS)}: running time [ms]", "", table(parts)]
+        data, figures = {"parts": parts}, {"evaluation_parts": parts_figure(parts)}
+        if folders:
+            words, of_folders, figures["evaluation"] = evaluate_folders(paths, folder)
+            text += words
+            data |= of_folders
+    save("evaluation", "\n".join(text), data, figures)
+
+
+def evaluate_folders(paths: list[Path], folder: Path) -> tuple[list[str], dict[str, Any], Figure]:
+    """Whole evaluations by one process and by two: as text, as data and as a figure."""
+    batches = with_speed_up([batch(paths, n, jobs, folder) for n in SEQUENCES for jobs in JOBS])
     slopes = {jobs: slope(*_curve(batches, jobs, "whole call [s]")) for jobs in JOBS}
-    text = [f"## One sequence, {', '.join(METHODS)}: running time [ms]", "", table(parts), ""]
-    text += ["## Folders: time on the clock", "", table(batches), "", EXPLAINED, ""]
+    text = ["", "## Folders: time on the clock", "", table(batches), "", EXPLAINED, ""]
     text += [
         f"Slope in the number of sequences with {j} process(es): {s:.2f}. {SLOPE}"
         for j, s in slopes.items()
     ]
-    save(
-        "evaluation",
-        "\n".join(text),
-        {"parts": parts, "batches": batches, "slopes": slopes},
-        {"evaluation": figure(batches, slopes), "evaluation_parts": parts_figure(parts)},
-    )
+    return text, {"batches": batches, "slopes": slopes}, figure(batches, slopes)
 
 
 EXPLAINED = (

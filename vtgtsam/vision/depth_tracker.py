@@ -30,7 +30,7 @@ MAX_SIGMA = 0.005  # [m], of the centre, by the noise alone; above, nothing is k
 
 # What the pixels' noise leaves out: pixels wrongly taken for the object's, and the object's own grid and mesh.
 # Four times as much is careful in nine of ten grasps in the clear and right in about half of those that fingers
-# cover, where the rest are wrong beyond any noise (`python -m benchmarks honesty`).
+# cover, where the rest are wrong beyond any noise (`python -m benchmarks consistency`).
 INFLATION = 4.0
 FLOOR = np.repeat([0.003**2, 0.0003**2], 3)  # [rad^2, m^2]
 
