@@ -7,7 +7,7 @@ import logging
 from collections.abc import Sequence
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, TypeVar
+from typing import TYPE_CHECKING, Any, Literal, TypeVar, overload
 
 import gtsam
 import numpy as np
@@ -203,11 +203,22 @@ class Recording:
         """The object's true poses T_wo, or None where they were not recorded."""
         return _trajectory(self._streams.truth)
 
-    def truth_at(self, times: Sequence[float] | np.ndarray) -> list[gtsam.Pose3 | None]:
+    @overload
+    def truth_at(self, times: float) -> gtsam.Pose3 | None: ...
+
+    @overload
+    def truth_at(self, times: Sequence[float] | np.ndarray) -> list[gtsam.Pose3 | None]: ...
+
+    def truth_at(
+        self, times: float | Sequence[float] | np.ndarray
+    ) -> gtsam.Pose3 | list[gtsam.Pose3 | None] | None:
         """True poses T_wo at given instants [s], interpolated; None where they are not known.
+
+        One instant gives one pose, several give a list.
 
         Raises:
             RecordingError: The recording has no truth.
+            ValueError: The instants are no numbers.
         """
         truth = self._needed(self.ground_truth, self.topics.truth, "true poses")
         return truth.at(times)

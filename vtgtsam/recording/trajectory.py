@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import overload
 
 import gtsam
 import numpy as np
@@ -32,15 +33,34 @@ class PoseTrajectory:
     def __len__(self) -> int:
         return len(self.poses)
 
-    def at(self, times: Sequence[float] | np.ndarray) -> list[gtsam.Pose3 | None]:
-        """Poses at other instants [s].
+    @overload
+    def at(self, times: float) -> gtsam.Pose3 | None: ...
+
+    @overload
+    def at(self, times: Sequence[float] | np.ndarray) -> list[gtsam.Pose3 | None]: ...
+
+    def at(
+        self, times: float | Sequence[float] | np.ndarray
+    ) -> gtsam.Pose3 | list[gtsam.Pose3 | None] | None:
+        """Poses at other instants [s]: one for a number, a list for several.
 
         Between two poses the translation is interpolated linearly and the rotation along the shorter
-        way. None before the first, after the last, and in gaps above 0.5 s.
+        way. None before the first, after the last, in gaps above 0.5 s, and at NaN.
+
+        Raises:
+            ValueError: The instants are no numbers.
         """
-        return [self._at(float(time)) for time in times]
+        instants = np.asarray(times)
+        if instants.dtype.kind not in "fiu" or instants.ndim > 1:
+            raise ValueError(
+                f"instants [s] must be a number or a sequence of numbers, got {type(times).__name__}"
+            )
+        found = [self._at(time) for time in np.atleast_1d(instants).tolist()]
+        return found if instants.ndim else found[0]
 
     def _at(self, time: float) -> gtsam.Pose3 | None:
+        if not np.isfinite(time):
+            return None
         after = int(np.searchsorted(self.times, time - STAMP_ROUNDING_S))
         if after == len(self.times):
             return None

@@ -304,6 +304,16 @@ def test_truth_is_interpolated_between_its_stamps_and_nowhere_else(recording):
     assert before is None and after is None
 
 
+def test_one_instant_has_one_true_pose(recording):
+    assert_same_pose(recording.truth_at(2.005), pose(2.005))
+    assert recording.truth_at(np.float64(9.0)) is None
+    assert recording.truth_at(float("nan")) is None
+    assert len(recording.truth_at(recording.ground_truth.times)) == 300
+    for wrong in ("soon", None, [[2.0]], gtsam.Pose3()):
+        with pytest.raises(ValueError, match="instants .s. must be a number or a sequence of num"):
+            recording.truth_at(wrong)
+
+
 def test_truth_rotates_the_shorter_way_and_is_unknown_in_a_gap(tmp_path):
     with RecordingWriter(tmp_path / "a.mcap") as writer:
         writer.truth(0.0, gtsam.Pose3(gtsam.Rot3.Rz(3.1), np.zeros(3)))

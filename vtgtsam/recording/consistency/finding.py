@@ -19,6 +19,7 @@ What = Literal[
     "truth repeats itself",
     "hand far from the object",
     "pad touches nothing",
+    "pad looks past what it touches",
 ]
 Level = Literal["problem", "warning"]
 

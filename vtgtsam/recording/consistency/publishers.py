@@ -13,6 +13,7 @@ from collections.abc import Callable, Iterator
 import gtsam
 import numpy as np
 
+from ..named import NamedStream
 from ..poses import PoseStream
 from .evidence import Evidence
 from .finding import Finding
@@ -25,7 +26,8 @@ POSE_JUMP = 0.02  # [m]
 TURN_JUMP = np.deg2rad(20)
 FLIP = np.deg2rad(60)  # a tracker's own jitter is less
 BITS_WINDOW = 50  # messages of a pad,
-BITS_CHANGES = 45  # of which so many change, as no touch does
+BITS_CHANGES = 45  # of which so many change
+UNEVEN = 0.15  # of the usual time between two messages, by which steps of two clocks differ
 
 Distance = Callable[[int, int], float]
 
@@ -60,15 +62,39 @@ def _slides(evidence: Evidence, name: str) -> bool:
 
 
 def _pads(evidence: Evidence) -> Iterator[Finding]:
+    """Pads that change with every message, as no touch does but one: an object that rocks against the pad."""
     stream = evidence.streams.contacts
     if stream is None:
         return
-    for name, (_, bits) in stream.columns.items():
+    for name, (times, bits) in stream.columns.items():
         changes = (np.diff(bits) != 0).astype(int)
-        if len(changes) >= BITS_WINDOW:
-            most = int(np.convolve(changes, np.ones(BITS_WINDOW, dtype=int), "valid").max())
-            if most >= BITS_CHANGES:
-                yield _two(name, f"pad {name} on {evidence.topics.contacts.topic}", most)
+        if len(changes) < BITS_WINDOW:
+            continue
+        in_window = np.convolve(changes, np.ones(BITS_WINDOW, dtype=int), "valid")
+        start, most = int(np.argmax(in_window)), int(in_window.max())
+        instants = times[start : start + BITS_WINDOW + 1]
+        if most >= BITS_CHANGES and (_uneven(instants) or _all_together(stream, name, instants)):
+            yield _two(name, f"pad {name} on {evidence.topics.contacts.topic}", most)
+
+
+def _uneven(times: np.ndarray) -> bool:
+    """Whether every second message comes sooner after the one before it, as from a second clock."""
+    steps = np.diff(times)
+    if len(steps) % 2:
+        steps = steps[1:]
+    first, second = steps[0::2].mean(), steps[1::2].mean()
+    return bool(abs(first - second) > UNEVEN * (first + second) / 2)
+
+
+def _all_together(stream: NamedStream, name: str, instants: np.ndarray) -> bool:
+    """Whether other pads change with a pad, and none touches throughout.
+
+    Who sends zeros sends them of all pads. An object that rocks is held by a pad, or leaves one pad for
+    another.
+    """
+    bits, _ = stream.held(instants, list(stream.columns))
+    own = bits[:, list(stream.columns).index(name)]
+    return bool((bits == own[:, None]).all(axis=0).sum() > 1 and not (bits > 0.5).all(axis=0).any())
 
 
 def _two(about: str, what: str, returns: int) -> Finding:

@@ -4,6 +4,7 @@
 import gtsam
 import numpy as np
 import pytest
+from held_box import HAND_XML
 from robot_log import lifted, send, write_log
 
 from vtgtsam.recording import names, read_recording
@@ -77,6 +78,34 @@ def test_pads_that_touch_nothing_are_named(tmp_path):
     assert "pad pad_yp touches while it is 12 mm from the object" in found[0].sentence
 
 
+def test_a_pad_that_touches_nothing_is_named_by_vision_too(tmp_path):
+    """Its bits say so, but it is another finger's."""
+    beside = gtsam.Pose3(gtsam.Rot3(), [0.0, -0.03, 0.0])
+
+    def change(log, topic, t, what):
+        if topic == names.TRUTH:
+            return True
+        if topic == names.VISION:
+            return send(log, topic, t, what["values"] * beside)
+
+    (finding,) = findings(write_log(tmp_path / "a.mcap", change))
+    assert (finding.what, finding.about) == ("pad touches nothing", "pad_yp")
+    assert "30 mm from the object (median, by the visual pose)" in finding.sentence
+
+
+def test_a_pad_on_edge_looks_past_what_it_touches(tmp_path):
+    """A plate 6 mm thick lies against the box, but +z points along it."""
+    on_edge = HAND_XML.replace(
+        'size="0.01 0.012 0.0001" zaxis="-1 0 0"',
+        'pos="0.003 0 0" size="0.003 0.012 0.01" zaxis="0 1 0"',
+    )
+    assert on_edge != HAND_XML
+    (tmp_path / "hand.xml").write_text(on_edge)
+    (finding,) = findings(write_log(tmp_path / "a.mcap"), hand=tmp_path / "hand.xml")
+    assert (finding.what, finding.about) == ("pad looks past what it touches", "pad_xp")
+    assert "looks past what it touches by 90 degrees (median, by the true pose)" in finding.sentence
+
+
 @pytest.mark.parametrize("period", [1, 2, 10])
 def test_two_publishers_of_the_same_joints_are_noticed(tmp_path, period):
     def change(log, topic, t, what):
@@ -104,6 +133,37 @@ def test_two_publishers_of_the_hands_pose_or_of_pads_are_noticed(tmp_path):
     found = findings(write_log(tmp_path / "a.mcap", change))
     about = [f.about for f in found if f.what == "two publishers of one name"]
     assert about == ["pad_xp", "/hand/pose"]
+
+
+def test_zeros_of_a_second_program_exactly_between_are_noticed(tmp_path):
+    def change(log, topic, t, what):
+        if topic == names.CONTACTS:
+            send(log, topic, t, **what)
+            return send(log, topic, t + 0.01, [0, 0, 0, 0])
+
+    found = findings(write_log(tmp_path / "a.mcap", change))
+    about = [f.about for f in found if f.what == "two publishers of one name"]
+    assert about == ["pad_xp", "pad_xn", "pad_yp", "pad_yn"]
+
+
+@pytest.mark.parametrize("others", [(1, 1, 1), (0, 0, 0)], ids=["held by others", "alone"])
+def test_a_box_that_rocks_against_a_pad_is_one_publisher(tmp_path, others):
+    def change(log, topic, t, what):
+        if topic == names.CONTACTS:
+            jitter = np.random.default_rng(round(50 * t)).uniform(-3e-3, 3e-3)
+            touches = round(50 * t) % 2
+            return send(log, topic, t + jitter, [touches, *others])
+
+    assert what(write_log(tmp_path / "a.mcap", change)) == []
+
+
+def test_a_box_that_rocks_between_two_pads_is_one_publisher(tmp_path):
+    def change(log, topic, t, what):
+        if topic == names.CONTACTS:
+            touches = round(50 * t) % 2
+            return send(log, topic, t, [touches, 1 - touches, 0, 0])
+
+    assert what(write_log(tmp_path / "a.mcap", change)) == []
 
 
 @pytest.mark.parametrize(("ahead", "word"), [(0.3, "ahead of"), (-1.5, "behind")])
