@@ -10,14 +10,19 @@ import subprocess
 import sys
 from pathlib import Path
 
+import gtsam
 import numpy as np
 import pytest
 
-from vtgtsam import EstimatorConfig, PoseEstimator, adds, read_recording
+from vtgtsam import EstimatorConfig, PoseEstimator, adds, load_object, read_recording
+from vtgtsam.recording import RecordingWriter
 
 ROOT = Path(__file__).parents[3]
 ENVIRONMENT = {**os.environ, "OMP_NUM_THREADS": "1", "PYTHONUNBUFFERED": "1"}
 WAIT = 300  # [s], a busy machine and an empty cache
+LYING = np.array(
+    [[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]]
+)  # R_wo of a can across the palm
 
 
 def _start(*arguments):
@@ -76,8 +81,8 @@ def test_a_replay_of_the_recording_gives_the_poses_of_the_live_run(emulated_run)
     assert json.loads(recording.info["config"])["method"] == "vis+tac+pen"
 
 
-def _calibrations(folder, camera):
-    """Files that a real run reads, as for the emulated hand whose recording ``camera`` is."""
+def _calibrations(folder, T_ch):
+    """Files that a real run reads, as for the emulated pads and a hand at T_ch in the camera frame."""
     from hardware.camera.wrist import save_wrist
     from hardware.emulate.pad_signal import bench_scale, pad_parameters
     from hardware.servo.description import load_description, wiring_of
@@ -86,25 +91,42 @@ def _calibrations(folder, camera):
     wiring = wiring_of(load_description("isyhand"))
     seed = np.random.SeedSequence(0).spawn(2)[0]
     save_scale(folder / "pads.yaml", bench_scale(wiring, pad_parameters(wiring, seed)), wiring)
-    save_wrist(folder / "wrist.yaml", read_recording(camera).measurements()[0].T_wh)
+    save_wrist(folder / "wrist.yaml", T_ch)
     return ["--scale", str(folder / "pads.yaml"), "--wrist", str(folder / "wrist.yaml")]
 
 
-def _start_of(path):
-    """The object's first true pose in the hand frame, as ``--start`` takes it."""
-    from hardware.live.find import as_start
-    from vtgtsam.vision.first_pose import Candidate
+def _film(path):
+    """A minute of images of the open hand with the can on it; where hand and can are, in the camera frame."""
+    from sim.camera import D435, DepthCamera
+    from sim.hands import load_description
+    from sim.observe import camera_pose, window
+    from sim.placement import above_palm
+    from sim.replay import Replay
+    from sim.world import World
 
-    recording = read_recording(path)
-    first = recording.measurements()[0]
-    T_co = recording.truth_at([first.time])[0]
-    return as_start(Candidate(T_co, 1.0, 0.0), first.T_wh)
+    description, can = load_description("isyhand"), load_object("can")
+    world = World(description, description.load_hand(), can)
+    world.refresh()
+    T_wc, T_wo = camera_pose(world), above_palm(description, can.mesh, LYING)
+    camera = window(world, T_wc, D435.scaled(0.5))
+    replay = Replay(world.model, world.hand.joint_names)
+    replay.show(world.start, world.T_wh(), T_wo)
+    depth, _ = DepthCamera(world.model, camera).render(replay.data, T_wc)
+    with RecordingWriter(path) as writer:
+        writer.camera_info(0.0, camera)
+        for instant in np.arange(0.0, 60.0, 0.1):
+            writer.depth(instant, depth)
+    return T_wc.between(gtsam.Pose3(world.T_wh())), T_wc.between(gtsam.Pose3(T_wo))
 
 
 @pytest.mark.slow
-def test_a_hand_on_real_ports_is_run_by_the_same_command(tmp_path, emulated_run):
+def test_a_hand_on_real_ports_is_run_by_the_same_command(tmp_path):
     """Another process serves the ports, a recording is the camera; nothing here says --emulate."""
-    seen, out = emulated_run[0], tmp_path / "out.mcap"
+    from hardware.live.find import as_start
+    from vtgtsam.vision.first_pose import Candidate
+
+    seen, out = tmp_path / "seen.mcap", tmp_path / "out.mcap"
+    T_ch, T_co = _film(seen)
     hand_file = tmp_path / "isyhand.yaml"
     text = (ROOT / "hardware/data/isyhand.yaml").read_text(encoding="utf-8")
     relaxed = text.replace("watchdog: 0.2 ", "patience: 0.1\nwatchdog: 2.5 ")  # a busy machine
@@ -115,7 +137,8 @@ def test_a_hand_on_real_ports_is_run_by_the_same_command(tmp_path, emulated_run)
         code, text, err = _run(
             *("run", "--object", "can", "--hand", str(hand_file), "--yes", "--seconds", "3"),
             *("--servos", ports["servos"], "--pads", ports["pads"], "--camera", str(seen)),
-            *(*_calibrations(tmp_path, seen), "--record", str(out), "--start", _start_of(seen)),
+            *(*_calibrations(tmp_path, T_ch), "--record", str(out)),
+            *("--start", as_start(Candidate(T_co, 1.0, 0.0), T_ch)),
         )
         assert code == 0, text + err
         assert "The hand will move" in text  # a person is told, even where nobody is asked
