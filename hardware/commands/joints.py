@@ -26,12 +26,19 @@ def joints(hand: Hand = "isyhand", servos: Servos = None, emulate: Emulate = Fal
 
     On a terminal until Ctrl-C, else once.
     """
-    from hardware.servo.survey import survey, table
+    from hardware.servo.survey import first_of, survey, table
 
     with _line(hand, servos, emulate) as (bus, description):
         _let_go(bus, description)
         first = survey(bus, description)
-        show_live(lambda: table(survey(bus, description), first))
+
+        def lines() -> list[str]:
+            nonlocal first
+            now = survey(bus, description)
+            first = first_of(first, now)
+            return table(now, first)
+
+        show_live(lines)
 
 
 def off(hand: Hand = "isyhand", servos: Servos = None, emulate: Emulate = False) -> None:

@@ -16,12 +16,13 @@ import yaml
 
 from vtgtsam.exceptions import VtgtsamError
 
-from .bus import Bus, BusError, ServoError
+from .bus import Bus, BusError, NoAnswerError, ServoError
 from .description import HandDescription, Joint
 from .setup import describe_error, turn_off
 from .table import OBEDIENCE, STATE, TICKS_PER_TURN
 
 _TICK = 360.0 / TICKS_PER_TURN  # [degrees]
+_PATIENCE = (0.012, 0.05)  # [s], for the first and the second question to a servo
 _READS = 10
 _STILL = 6  # [ticks], about half a degree, by which a joint that is held still may wander
 _LEAST = 15.0  # [degrees] between two marks
@@ -69,9 +70,12 @@ def survey(bus: Bus, description: HandDescription) -> list[JointReading]:
 
 def _reading(bus: Bus, joint: Joint) -> JointReading:
     # One by one: in a common question an absent servo would silence those after it.
-    states = bus.sync_read([joint.id], STATE).answers
-    obeys = bus.sync_read([joint.id], OBEDIENCE).answers
-    if joint.id not in states or joint.id not in obeys:
+    for patience in _PATIENCE:
+        states = bus.sync_read([joint.id], STATE, patience).answers
+        obeys = bus.sync_read([joint.id], OBEDIENCE, patience).answers if states else {}
+        if states and obeys:
+            break
+    else:
         return JointReading(joint, note="no answer")
     values = states[joint.id].values | obeys[joint.id].values
     reading = JointReading(
@@ -102,12 +106,18 @@ def table(readings: Sequence[JointReading], first: Sequence[JointReading]) -> li
             continue
         low, high = np.rad2deg(joint.limits)
         moved = np.rad2deg(reading.angle - before.angle)
+        moved_text = "" if before.count is None else f"{moved:.1f}°"
         lines.append(
             f"{joint.name:18} {joint.id:>3} {reading.count:>6} {np.rad2deg(reading.angle):>7.1f}° "
-            f"{low:>6.0f} to {high:>3.0f}° {moved:>6.1f}° {reading.degrees:>3}°C {reading.volts:>5.1f}V "
+            f"{low:>6.0f} to {high:>3.0f}° {moved_text:>7} {reading.degrees:>3}°C {reading.volts:>5.1f}V "
             f"{'ON' if reading.torque else 'off':>6}  {reading.note}".rstrip()
         )
     return lines
+
+
+def first_of(before: Sequence[JointReading], now: Sequence[JointReading]) -> list[JointReading]:
+    """The earlier readings, or the later ones of joints that did not answer before."""
+    return [b if b.count is not None else n for b, n in zip(before, now, strict=True)]
 
 
 def let_go(bus: Bus, description: HandDescription) -> list[str]:
@@ -117,15 +127,24 @@ def let_go(bus: Bus, description: HandDescription) -> list[str]:
         TorqueError: A servo that answers may still have torque.
         BusError: No servo answers, or the port is gone.
     """
-    readings = survey(bus, description)
-    there = [reading.joint.id for reading in readings if reading.count is not None]
+    bus.sync_write("torque_enable", {joint.id: 0 for joint in description.joints})
+    silent = [joint for joint in description.joints if not _answers(bus, joint.id)]
+    there = [joint.id for joint in description.joints if joint not in silent]
     if not there:
         raise BusError(
             f"no servo answers on {bus.path} at {bus.baud} baud: if torque may be on, cut the power; "
             "`python -m hardware check` looks for servos"
         )
     turn_off(bus, there, description.patience)
-    return [reading.joint.label for reading in readings if reading.count is None]
+    return [joint.label for joint in silent]
+
+
+def _answers(bus: Bus, servo_id: int) -> bool:
+    try:
+        bus.ping(servo_id, attempts=2, patience=0.1)
+    except NoAnswerError:
+        return False
+    return True
 
 
 def restart(bus: Bus, description: HandDescription, names: Sequence[str] = ()) -> list[str]:

@@ -11,7 +11,15 @@ from hardware.commands.joints import off, reboot
 from hardware.emulate.servo import OVERLOAD
 from hardware.servo.bus import Bus, BusError, ServoError
 from hardware.servo.description import DATA, load_description
-from hardware.servo.survey import JointWizard, let_go, save_zeros, survey, table, with_zeros
+from hardware.servo.survey import (
+    JointWizard,
+    first_of,
+    let_go,
+    save_zeros,
+    survey,
+    table,
+    with_zeros,
+)
 from vtgtsam.exceptions import VtgtsamError
 
 TEXT = (DATA / "isyhand.yaml").read_text(encoding="utf-8")
@@ -44,6 +52,19 @@ def test_the_table_shows_every_joint_and_what_is_wrong(description, line, bus):
     assert rows["thumb_middle"].endswith("outside its limits")
     assert rows["ring_distal"].split() == ["ring_distal", "41", "no", "answer"]
     assert rows["ring_middle"].split()[:3] == ["ring_middle", "42", "2048"]  # it hides no other
+
+
+def test_a_joint_that_answers_late_has_not_moved_by_nothing(description, line, bus):
+    line.faults.silent = {41}
+    first = survey(bus, description)
+    line.faults.silent = set()
+    now = survey(bus, description)
+    row = table(now, first)[1 + description.joint_names.index("ring_distal")]
+    assert "nan" not in row and "28°C" in row
+    line.plant.place(41, 2048.0 + 512)
+    time.sleep(0.05)
+    later = table(survey(bus, description), first_of(first, now))
+    assert "45.0°" in later[1 + description.joint_names.index("ring_distal")][45:]
 
 
 def test_torque_that_a_killed_program_left_goes_off_and_the_missing_are_named(
