@@ -71,6 +71,13 @@ def generate(
             help="Camera 2 mm and 1 degree off, joints 1 degree, depth failing at edges.",
         ),
     ] = False,
+    robot: Annotated[
+        int | None,
+        typer.Option(
+            min=0,
+            help="Number of the robot, whose calibration error all sequences then have, whatever their seed.",
+        ),
+    ] = None,
 ) -> None:
     """Make recordings of grasps. Interrupted, it goes on where it stopped when called again."""
     from vtgtsam.vision.depth_tracker import FORMS
@@ -97,6 +104,7 @@ def generate(
         ycb=None if ycb is None else str(ycb.resolve()),
         images=images,
         calibration_error=calibration_error,
+        robot=robot,
     )
     try:
         with show_progress() as progress:

@@ -16,6 +16,7 @@ CAMERA_TRANSLATION = 0.002  # [m]
 CAMERA_ROTATION = np.deg2rad(1.0)  # [rad]
 JOINT_ZERO = np.deg2rad(1.0)  # [rad], standard deviation of each joint's zero
 EDGE_STEP = 0.02  # [m], neighbouring depths that differ by more belong to two surfaces
+_ROBOT = 7  # tells a robot's random numbers from those of a sequence
 NOTHING = 1e3  # [m], stands for the depth of a pixel that measured nothing
 HOLES = 0.5  # share of the pixels at an edge that measure nothing
 FLYING = 0.25  # share of them that measure something between the two surfaces
@@ -23,7 +24,7 @@ FLYING = 0.25  # share of them that measure something between the two surfaces
 
 @dataclass(frozen=True)
 class CalibrationError:
-    """One sequence's errors.
+    """The errors of a sequence, or of all sequences of one robot.
 
     Attributes:
         T_error: Where the camera is believed to be, T_wc believed = T_error T_wc. It turns about the
@@ -42,24 +43,16 @@ class CalibrationError:
         return cls(gtsam.Pose3(), np.zeros(joint_count), imperfect=False)
 
     @classmethod
+    def of_robot(cls, robot: int, joint_count: int) -> CalibrationError:
+        """The errors of robot number ``robot``, the same in all its sequences."""
+        return cls.drawn(joint_count, np.random.default_rng([_ROBOT, robot, joint_count]))
+
+    @classmethod
     def drawn(cls, joint_count: int, rng: np.random.Generator) -> CalibrationError:
         """Camera off by 2 mm and 1 degree in a random direction, each joint's zero by about 1 degree."""
         rotation = gtsam.Rot3.Expmap(CAMERA_ROTATION * _direction(rng))
         T_error = gtsam.Pose3(rotation, CAMERA_TRANSLATION * _direction(rng))
         return cls(T_error, rng.normal(0.0, JOINT_ZERO, joint_count), imperfect=True)
-
-    def covariance(self, T_wo: gtsam.Pose3) -> np.ndarray:
-        """What a careful user expects of the camera's error, as covariance of an object's pose, shape (6, 6).
-
-        It is that of the distribution the error is drawn from, zero in a perfect setup.
-        """
-        if not self.imperfect:
-            return np.zeros((6, 6))
-        # T_wo believed = T_error T_wo: a left perturbation, turned into a right one.
-        variances = np.repeat([CAMERA_ROTATION**2 / 3.0, CAMERA_TRANSLATION**2 / 3.0], 3)
-        adjoint = T_wo.inverse().AdjointMap()
-        spread: np.ndarray = adjoint @ np.diag(variances) @ adjoint.T
-        return spread
 
     def spoil_depth(self, depth: np.ndarray, rng: np.random.Generator) -> np.ndarray:
         """A depth image [m] with holes (0) and flying pixels at its edges, where depth fails there."""

@@ -118,7 +118,7 @@ def _frames(take: Take, form: str) -> Iterator[Event]:
             color: np.ndarray | None = color,
         ) -> None:
             if T_wo is not None:
-                writer.object_pose(time, T_wo, covariance + take.error.covariance(T_wo))
+                writer.object_pose(time, T_wo, covariance)
             if color is not None:
                 writer.depth(time, image)
                 writer.color(time, color)

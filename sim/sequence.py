@@ -43,6 +43,7 @@ class Settings:
         ycb: Directory of YCB meshes; None for the built-in objects.
         images: Whether the images, depth and colour, are stored too.
         calibration_error: Whether camera, joints and edges have the errors of a real setup.
+        robot: Number of the robot whose camera and joint errors all sequences have; None: each has its own.
     """
 
     dataset: str
@@ -52,6 +53,7 @@ class Settings:
     ycb: str | None = None
     images: bool = False
     calibration_error: bool = False
+    robot: int | None = None
 
 
 @dataclass(frozen=True)
@@ -87,11 +89,8 @@ def make_sequence(settings: Settings, name: SequenceName, files: dict[float, Pat
     """
     with threadpool_limits(1):  # the number of threads would show in the last bits
         world, sample = _sample(settings, name)
-        _, noise_seed, error_seed = _seeds(settings, name)
-        count = len(world.hand.joint_names)
-        error = CalibrationError.none(count)
-        if settings.calibration_error:
-            error = CalibrationError.drawn(count, np.random.default_rng(error_seed))
+        _, noise_seed, _ = _seeds(settings, name)
+        error = calibration_error(settings, name, len(world.hand.joint_names))
         video = DepthVideo(world, sample.trajectory)
         color = None
         if settings.images:
@@ -103,6 +102,16 @@ def make_sequence(settings: Settings, name: SequenceName, files: dict[float, Pat
             metadata = _metadata(settings, name, world, sample, scale)
             record(take, settings.tracker, path, metadata)
     return Counter(sample.rejections)
+
+
+def calibration_error(settings: Settings, name: SequenceName, joint_count: int) -> CalibrationError:
+    """The camera and joint errors that a sequence has."""
+    if settings.robot is not None:
+        return CalibrationError.of_robot(settings.robot, joint_count)
+    if settings.calibration_error:
+        _, _, error_seed = _seeds(settings, name)
+        return CalibrationError.drawn(joint_count, np.random.default_rng(error_seed))
+    return CalibrationError.none(joint_count)
 
 
 def make_trajectory(settings: Settings, name: SequenceName) -> tuple[World, Trajectory]:
@@ -150,6 +159,7 @@ def _seeds(settings: Settings, name: SequenceName) -> list[np.random.SeedSequenc
 def _metadata(
     settings: Settings, name: SequenceName, world: World, sample: Sample, scale: float
 ) -> dict[str, str]:
+    robot = {} if settings.robot is None else {"robot": str(settings.robot)}
     return {
         **object_metadata(world.obj),
         "hand": world.hand.name,
@@ -159,6 +169,9 @@ def _metadata(
         "seed": str(settings.seed),
         "noise_scale": f"{scale:g}",
         "tracker": settings.tracker,
-        "calibration_error": "yes" if settings.calibration_error else "no",
+        "camera": "paper",
+        "visual_covariance": "tracker",
+        "calibration_error": "yes" if settings.calibration_error or robot else "no",
+        **robot,
         "rejected": json.dumps(Counter(sample.rejections), sort_keys=True),
     }

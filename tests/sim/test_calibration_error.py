@@ -3,6 +3,7 @@ import gtsam
 import numpy as np
 
 from sim.calibration import CalibrationError, with_bad_edges
+from sim.sequence import SequenceName, Settings, calibration_error
 
 
 def test_the_camera_is_off_by_2_mm_and_1_degree_and_joints_by_about_1_degree():
@@ -60,12 +61,18 @@ def test_before_nothing_there_are_holes_but_nothing_flies():
     assert (spoiled[depth == 0] == 0).all()
 
 
-def test_the_covariance_is_that_of_poses_seen_by_cameras_drawn_so():
-    rng = np.random.default_rng(0)
-    T_wo = gtsam.Pose3(gtsam.Rot3.RzRyRx(0.3, -0.4, 1.0), np.array([0.1, 0.02, 0.05]))
-    errors = [CalibrationError.drawn(1, rng) for _ in range(4000)]
-    xi = np.array([T_wo.localCoordinates(error.T_error * T_wo) for error in errors])
-    expected, found = errors[0].covariance(T_wo), xi.T @ xi / len(xi)
-    scale = np.sqrt(np.outer(np.diag(expected), np.diag(expected)))
-    np.testing.assert_allclose(found / scale, expected / scale, atol=0.08)
-    assert not CalibrationError.none(1).covariance(T_wo).any()
+def test_a_robot_is_off_by_the_same_whatever_it_grasps():
+    first, again, other = (CalibrationError.of_robot(n, 15) for n in (3, 3, 4))
+    assert first.imperfect and first.T_error.equals(again.T_error, 0.0)
+    np.testing.assert_array_equal(first.joints, again.joints)
+    assert not first.T_error.equals(other.T_error, 1e-6)
+    here = calibration_error(Settings("vary", seed=1, robot=3), SequenceName("can", 0), 15)
+    there = calibration_error(Settings("occ", seed=2, robot=3), SequenceName("mug", 4), 15)
+    assert here.T_error.equals(there.T_error, 0.0) and here.T_error.equals(first.T_error, 0.0)
+
+
+def test_sequences_without_a_robot_have_errors_of_their_own():
+    settings = Settings("vary", seed=1, calibration_error=True)
+    one, two = (calibration_error(settings, SequenceName("can", n), 15) for n in (0, 1))
+    assert not one.T_error.equals(two.T_error, 1e-6)
+    assert not calibration_error(Settings("vary"), SequenceName("can", 0), 15).imperfect
