@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple, TypedDict, Unpack
 
@@ -14,9 +15,10 @@ from .exceptions import ConfigError
 from .input.plain import plain
 from .input.text import read_yaml
 
-Method = Literal["vis", "vis+pen", "vis+tac+pen"]
+Method = Literal["vis", "vis+pen", "vis+tac+pen", "vis+tac+pen+mem"]
 Solver = Literal["lm", "fixed-damping"]
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 # 1 / sigma^2 with sigmas between a nanometre and a thousand kilometres: beyond, products of weights lose all digits.
 Weight = Annotated[float, Field(ge=1e-12, le=1e18, allow_inf_nan=False)]
 LogTheta = Annotated[float, Field(ge=-100, le=100, allow_inf_nan=False)]
@@ -35,6 +37,21 @@ else:
     GivenVisualWeight = Weight | VisualWeight
 
 
+class ModeSettings(NamedTuple):
+    """How the object's pose in the hand changes in a mode, and how long errors of frames stay alike."""
+
+    rotation: Positive  # [rad / sqrt(s)], random walk
+    translation: Positive  # [m / sqrt(s)], random walk
+    correlation: NotNegative  # [s], a frame counts as one of correlation / dt that say the same
+
+
+class CameraSigma(NamedTuple):
+    """Standard deviation of where the camera is believed to be, about each axis and along it."""
+
+    rotation: NotNegative  # [rad]
+    translation: NotNegative  # [m]
+
+
 class Settings(TypedDict, total=False):
     """The fields of an ``EstimatorConfig``, so that editors and type checkers know what a preset can override."""
 
@@ -49,6 +66,17 @@ class Settings(TypedDict, total=False):
     w_tac: float
     w_pen: float
     recover: bool
+    joint_sigma: float
+    camera_sigma: CameraSigma | tuple[float, float]
+    pad_sigma: float
+    log_theta_vis_mem: float
+    free: ModeSettings | tuple[float, float, float]
+    moving: ModeSettings | tuple[float, float, float]
+    held: ModeSettings | tuple[float, float, float]
+    held_pads: int
+    held_speed: float
+    refused_weight: float
+    restart_after: float
 
 
 class EstimatorConfig(BaseModel):
@@ -65,7 +93,10 @@ class EstimatorConfig(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    method: Method = Field(default="vis+tac+pen", description="which measurements are fused")
+    method: Method = Field(
+        default="vis+tac+pen+mem",
+        description="which measurements are fused: vision, penetration, touch, and memory of the frames before",
+    )
     solver: Solver = Field(
         default="lm",
         description="GTSAM's Levenberg-Marquardt, or steps of constant damping as Theseus takes",
@@ -102,6 +133,48 @@ class EstimatorConfig(BaseModel):
         default=True, description="whether a lost estimate starts again from vision"
     )
 
+    joint_sigma: NotNegative = Field(
+        default=math.radians(1.0),
+        description="standard deviation of each joint's zero [rad]; 0: exact",
+    )
+    camera_sigma: CameraSigma = Field(
+        default=CameraSigma(
+            rotation=0.01, translation=0.0012
+        ),  # 1 degree and 2 mm in any direction
+        description="standard deviation of the camera's pose, about and along each axis",
+    )
+    pad_sigma: NotNegative = Field(
+        default=0.0008,
+        description="standard deviation of the pads' positions [m] where joints are not known; 0: exact",
+    )
+
+    log_theta_vis_mem: LogTheta = Field(
+        default=3.0,  # 4.5 sigmas: memory can afford a tighter gate
+        description="log of the visual Welsch loss's theta where there is memory",
+    )
+    free: ModeSettings = Field(
+        default=ModeSettings(rotation=2.7, translation=0.11, correlation=0.0),
+        description="no pad touches: random walk of the pose in the hand, correlation time of frames",
+    )
+    moving: ModeSettings = Field(
+        default=ModeSettings(rotation=0.16, translation=0.0055, correlation=0.1),
+        description="pads touch and move: random walk of the pose in the hand, correlation time of frames",
+    )
+    held: ModeSettings = Field(
+        default=ModeSettings(rotation=0.022, translation=0.0011, correlation=0.5),
+        description="held: random walk of the pose in the hand, correlation time of frames",
+    )
+    held_pads: int = Field(default=3, ge=1, description="fewest touching pads that hold an object")
+    held_speed: Positive = Field(
+        default=0.008, description="speed of the fastest pad below which an object is held [m/s]"
+    )
+    refused_weight: float = Field(
+        default=0.1, gt=0, lt=1, description="visual weight below which vision counts as refused"
+    )
+    restart_after: NotNegative = Field(
+        default=0.5, description="for how long vision is refused before it may take over again [s]"
+    )
+
     @classmethod
     def simulation(cls, **overrides: Unpack[Settings]) -> EstimatorConfig:
         """The paper's settings for its simulation (table I); its weights are not given: 1, 1, 1."""
@@ -121,6 +194,11 @@ class EstimatorConfig(BaseModel):
         """Settings that are not the recommended ones, by name."""
         recommended = EstimatorConfig()
         return {name: value for name, value in self if value != getattr(recommended, name)}
+
+    @property
+    def memory(self) -> bool:
+        """Whether the method remembers the frames before."""
+        return self.method.endswith("+mem")
 
     @property
     def visual_weights(self) -> VisualWeight:
@@ -155,12 +233,9 @@ class EstimatorConfig(BaseModel):
 
     def to_yaml(self, path: str | Path) -> None:
         """Write all settings to a YAML file that ``from_yaml`` reads back equal."""
-        settings = self.model_dump()
-        if isinstance(self.w_vis, VisualWeight):
-            settings["w_vis"] = {
-                "rotation": self.w_vis.rotation,
-                "translation": self.w_vis.translation,
-            }
+        settings = {
+            name: value._asdict() if isinstance(value, tuple) else value for name, value in self
+        }
         Path(path).write_text(yaml.safe_dump(settings, sort_keys=False), encoding="utf-8")
 
 
@@ -174,6 +249,10 @@ _PAPER: Settings = {
     "w_tac": 1.0,
     "w_pen": 1.0,
     "recover": False,
+    "method": "vis+tac+pen",
+    "joint_sigma": 0.0,
+    "camera_sigma": (0.0, 0.0),
+    "pad_sigma": 0.0,
 }
 _REAL_WORLD: Settings = {"iterations": 2, "log_theta_vis": -5.0, "log_theta_tac": -7.5}
 

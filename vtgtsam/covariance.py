@@ -70,3 +70,15 @@ def _pseudo_inverse(information: np.ndarray) -> np.ndarray:
         free = np.abs(blind) > _ROUNDING * np.maximum(size, 1.0)
         covariance[free] = np.copysign(np.inf, blind[free])
     return covariance  # type: ignore[no-any-return]
+
+
+def known_inverse(information: np.ndarray) -> np.ndarray:
+    """Inverse of an information matrix, (6, 6), along the directions that it knows; zero along the others."""
+    scaled = _SCALES * information
+    inverse = _well_known(scaled)
+    if inverse is None:
+        eigenvalues, vectors = np.linalg.eigh(scaled)
+        known = eigenvalues > max(_ROUNDING * eigenvalues[-1], _NOTHING)
+        inverse = vectors[:, known] / eigenvalues[known] @ vectors[:, known].T
+    found: np.ndarray = inverse * _SCALES
+    return found

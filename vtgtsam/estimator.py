@@ -16,7 +16,7 @@ from typing import Any
 
 import gtsam
 import numpy as np
-from gtsam.symbol_shorthand import X
+from gtsam.symbol_shorthand import Q, X
 
 from .compiled import on_disk
 from .config import EstimatorConfig
@@ -26,14 +26,17 @@ from .factors.noise import welsch_weight
 from .frame import Frame, Hand, check, require_finite_pose
 from .graph import FrameFactors, frame_factors
 from .hands.pads import PadSet
+from .knowledge import frame_information, fused
 from .measurement import Measurement
+from .memory import Expectation, Memory
 from .objects import ObjectModel
+from .offsets import CalibrationPrior
 from .optimize import Solution, optimize
-from .sdf.search import ClosestPoints
-from .sdf.search.compiled_search import closest_on_pads
-from .status import status_of
+from .sdf.search import ClosestPoints, closest_on_pads
+from .status import Fit, is_lost, status_of, visual_weight
 
 OBJECT = X(0)  # key of T_ho
+ZEROS = Q(0)  # key of the joints' zeros dq
 
 logger = logging.getLogger(__name__)
 
@@ -64,9 +67,7 @@ class PoseEstimator:
         self.obj = obj
         self.config = config
         self._closest = ClosestPoints(hand, obj.sdf)
-        self._hand: Hand | None = None  # of the last frame
-        self._T_ho: gtsam.Pose3 | None = None  # of the last frame
-        self._T_wo_given: gtsam.Pose3 | None = None  # where the next frame is to start
+        self.reset()
         self._warm_up()
 
     def reset(self, T_wo: gtsam.Pose3 | None = None) -> None:
@@ -77,8 +78,11 @@ class PoseEstimator:
         """
         if T_wo is not None:
             require_finite_pose(T_wo, "T_wo")
-        self._hand = self._T_ho = None
-        self._T_wo_given = T_wo
+        self._hand: Hand | None = None  # of the last frame
+        self._T_ho: gtsam.Pose3 | None = None  # of the last frame
+        self._T_wo_given = T_wo  # where the next frame is to start
+        self._prior: CalibrationPrior | None = None  # known once the hand is seen
+        self._memory = Memory(self.config)
 
     def update(self, measurement: Measurement) -> Estimate:
         """Fuse one frame.
@@ -95,15 +99,19 @@ class PoseEstimator:
         if frame.invalid:
             logger.warning("t = %s: not finite, so not used: %s", frame.time, frame.invalid)
             return self._without_solving(frame, "invalid")
-        self._hand = Hand(frame.T_wh, frame.T_hp)
+        self._hand = Hand(frame.T_wh, frame.T_hp, frame.joints)
         start = self._start(frame)
         if start is None:
             return self._without_solving(frame, "waiting")
-        factors = frame_factors(frame, self._closest, OBJECT, self.config)
-        solved = self._as_seen if self.config.method == "vis" else self._fused
-        estimate = solved(frame, factors, start)
-        self._T_wo_given = None
-        return estimate
+        prior = self._calibration_prior(frame)
+        if self.config.method == "vis":
+            fit, expected = self._as_seen(frame, start), None
+        elif self.config.memory:
+            fit, expected = self._remembered(frame, start)
+        else:
+            fit, expected = self._fused(frame, start), None
+        self._T_ho, self._T_wo_given = fit.T_ho, None
+        return self._estimate(frame, fit, prior, expected)
 
     def _start(self, frame: Frame) -> gtsam.Pose3 | None:
         """Where the solver starts: at the last pose in the hand, or at the visual one."""
@@ -111,63 +119,93 @@ class PoseEstimator:
             return frame.T_wh.between(self._T_wo_given)
         return frame.T_ho_visual if self._T_ho is None else self._T_ho
 
-    def _fused(self, frame: Frame, factors: FrameFactors, start: gtsam.Pose3) -> Estimate:
-        estimate = self._solved(frame, factors, start)
-        if estimate.status == "lost" and self.config.recover and frame.T_ho_visual is not None:
-            logger.info("t = %s: lost, starting again from vision", frame.time)
-            return self._solved(frame, factors, frame.T_ho_visual)
-        return estimate
+    def _calibration_prior(self, frame: Frame) -> CalibrationPrior:
+        """What is known of the robot's offsets; its camera turns about where the hand was first."""
+        if self._prior is None:
+            joints = 0 if frame.joints is None else len(frame.joints)
+            origin = frame.T_wh.translation()
+            self._prior = CalibrationPrior.of_config(self.config, joints, origin)
+        return self._prior
 
-    def _solved(self, frame: Frame, factors: FrameFactors, start: gtsam.Pose3) -> Estimate:
-        graph = factors.graph()
-        solution = optimize(graph, _at(start), self.config)
-        return self._estimate(frame, factors, graph, start, solution)
-
-    def _as_seen(self, frame: Frame, factors: FrameFactors, start: gtsam.Pose3) -> Estimate:
+    def _as_seen(self, frame: Frame, start: gtsam.Pose3) -> Fit:
         """Method ``vis``: the visual pose as it is; where there is none the last one, carried with the hand."""
         T_ho = start if frame.T_ho_visual is None else frame.T_ho_visual
-        solution = Solution(_at(T_ho), iterations=0, error=0.0)
-        return self._estimate(frame, factors, factors.graph(), T_ho, solution)
+        factors = self._factors(frame, T_ho)
+        return self._fit(factors, Solution(_at(T_ho), iterations=0, error=0.0), moved=False)
+
+    def _fused(self, frame: Frame, start: gtsam.Pose3) -> Fit:
+        """The frame by itself, from the last estimate on."""
+        factors = self._factors(frame, start)
+        fit = self._solved(factors, factors.graph(), start)
+        if self.config.recover and frame.T_ho_visual is not None and is_lost(fit):
+            logger.info("t = %s: lost, starting again from vision", frame.time)
+            return self._solved(factors, factors.graph(), frame.T_ho_visual)
+        return fit
+
+    def _remembered(self, frame: Frame, start: gtsam.Pose3) -> tuple[Fit, Expectation]:
+        """The frame and what the frames before say; vision takes over where it is refused for long."""
+        expected = self._memory.expect(frame)
+        factors = self._factors(frame, start)
+        graph = factors.graph()
+        if expected.before is not None:
+            graph.push_back(expected.factor(OBJECT))
+        fit = self._solved(factors, graph, start)
+        if self._memory.refuses(frame, fit.visual_weight) and frame.T_ho_visual is not None:
+            alone = self._solved(factors, factors.graph(), frame.T_ho_visual)
+            if not frame.touching.any() or alone.error < factors.graph().error(fit.values):
+                logger.info("t = %s: vision was refused for long, starting again", frame.time)
+                self._memory.restarted()
+                return alone, expected.forgotten()
+        return fit, expected
+
+    def _factors(self, frame: Frame, T_ho: gtsam.Pose3) -> FrameFactors:
+        return frame_factors(frame, self._closest, OBJECT, self.config, self._prior, ZEROS, T_ho)
+
+    def _solved(
+        self, factors: FrameFactors, graph: gtsam.NonlinearFactorGraph, start: gtsam.Pose3
+    ) -> Fit:
+        values = _at(start)
+        if factors.zeros is not None:
+            values.insert(ZEROS, factors.zeros.prior())
+        solution = optimize(graph, values, self.config)
+        moved = not solution.values.atPose3(OBJECT).equals(start, 0.0)
+        return self._fit(factors, solution, moved)
+
+    def _fit(self, factors: FrameFactors, solution: Solution, moved: bool) -> Fit:
+        log_theta = (
+            self.config.log_theta_vis_mem if self.config.memory else self.config.log_theta_vis
+        )
+        weight = visual_weight(factors, solution.values, log_theta)
+        return Fit(factors, *solution, moved, weight)
 
     def _estimate(
-        self,
-        frame: Frame,
-        factors: FrameFactors,
-        graph: gtsam.NonlinearFactorGraph,
-        start: gtsam.Pose3,
-        solution: Solution,
+        self, frame: Frame, fit: Fit, prior: CalibrationPrior, expected: Expectation | None
     ) -> Estimate:
         """What is known where the solver ended."""
-        self._T_ho = T_ho = solution.values.atPose3(OBJECT)
-        normal_equations = _normal_equations(graph, solution.values)
-        visual_weight = self._visual_weight(factors, solution.values)
-        stuck = T_ho.equals(start, 0.0)
-        contacts = factors.pads.everywhere(T_ho)
+        seen = None if frame.T_ho_visual is None else frame.T_wh.compose(frame.T_ho_visual)
+        information = frame_information(fit.factors, fit.values, prior, seen)
+        knowledge = fused(information) if expected is None else expected.posterior(information)
+        if expected is not None:
+            self._memory.keep(frame.time, fit.T_ho, knowledge)
+        contacts = fit.factors.pads.everywhere(fit.T_ho)
         return Estimate(
             time=frame.time,
-            T_wo=frame.T_wh.compose(T_ho),
-            covariance=covariance_of(normal_equations[0]),
-            status=status_of(factors, solution.values, visual_weight, normal_equations, stuck),
-            iterations=solution.iterations,
-            error=solution.error,
-            visual_weight=visual_weight,
+            T_wo=frame.T_wh.compose(fit.T_ho),
+            covariance=knowledge.covariance(prior),
+            status=status_of(fit, knowledge.information),
+            iterations=fit.iterations,
+            error=fit.error,
+            visual_weight=fit.visual_weight,
             pad_distances=contacts.distances,
             pad_weights=self._pad_weights(contacts.distances, frame.touching),
-            contact_points_w=_moved(frame.T_wh, factors.pads.points_h(contacts)),
+            contact_points_w=_moved(frame.T_wh, fit.factors.pads.points_h(contacts)),
         )
 
-    def _visual_weight(self, factors: FrameFactors, values: gtsam.Values) -> float:
-        if factors.visual is None:
-            return 0.0
-        theta = math.exp(self.config.log_theta_vis)
-        return max(0.0, 1.0 - 2.0 * factors.visual.error(values) / theta)  # rho' = 1 - rho / theta
-
     def _pad_weights(self, distances: np.ndarray, touching: np.ndarray) -> np.ndarray:
-        if self.config.method != "vis+tac+pen":
+        if "tac" not in self.config.method:
             return np.zeros(len(distances))
         squared = self.config.w_tac * np.square(np.maximum(distances, 0.0))
-        weights: np.ndarray = touching * welsch_weight(squared, self.config.log_theta_tac)
-        return weights
+        return touching * welsch_weight(squared, self.config.log_theta_tac)
 
     def _without_solving(self, frame: Frame, status: Status) -> Estimate:
         """The last pose, with nothing known about it this frame."""
@@ -213,16 +251,6 @@ def _at(T_ho: gtsam.Pose3) -> gtsam.Values:
     values = gtsam.Values()
     values.insert(OBJECT, pose3=T_ho)  # by name: GTSAM finds the overload sooner
     return values
-
-
-def _normal_equations(
-    graph: gtsam.NonlinearFactorGraph, values: gtsam.Values
-) -> tuple[np.ndarray, np.ndarray]:
-    """J'J (6, 6) and -J'r (6,) of a graph on one pose; robust losses count with the weights they leave."""
-    if graph.empty():
-        return np.zeros((6, 6)), np.zeros(6)
-    information, gradient = graph.linearize(values).hessian()
-    return information, gradient
 
 
 def _moved(T: gtsam.Pose3, points: np.ndarray) -> np.ndarray:

@@ -29,10 +29,12 @@ class Hand(NamedTuple):
     Attributes:
         T_wh: Pose of the hand in the world.
         T_hp: Pad poses in the hand, shape (K, 4, 4).
+        joints: Joint angles [rad], shape (J,), or None where the pads' poses were given.
     """
 
     T_wh: gtsam.Pose3
     T_hp: np.ndarray
+    joints: np.ndarray | None = None
 
 
 class Frame(NamedTuple):
@@ -43,6 +45,7 @@ class Frame(NamedTuple):
         touching: Which pads report contact, bool, shape (K,).
         T_wh: Pose of the hand in the world.
         T_hp: Pad poses in the hand, shape (K, 4, 4).
+        joints: Joint angles [rad], shape (J,), or None where the pads' poses were given.
         T_ho_visual: The visual pose, or None.
         visual_covariance: Its covariance, shape (6, 6), or None where the configured weight counts.
         invalid: What is not finite, in words; empty where all is well.
@@ -52,6 +55,7 @@ class Frame(NamedTuple):
     touching: np.ndarray
     T_wh: gtsam.Pose3
     T_hp: np.ndarray
+    joints: np.ndarray | None
     T_ho_visual: gtsam.Pose3 | None
     visual_covariance: np.ndarray | None
     invalid: str
@@ -114,8 +118,8 @@ def hand_of(measurement: Measurement, pads: PadSet, before: Hand | None = None) 
         if not is_pose(T_wh.matrix()):
             raise NotFiniteError("T_wh is not a finite pose")
     if measurement.T_wp is None:
-        T_hp = _pads_by_joints(measurement, pads)
-        return Hand(_ORIGIN if T_wh is None else T_wh, T_hp)
+        joints, T_hp = _pads_by_joints(measurement, pads)
+        return Hand(gtsam.Pose3() if T_wh is None else T_wh, T_hp, joints)
     T_wp = _shaped(measurement.T_wp, (len(pads), 4, 4), "T_wp")
     if not is_pose(T_wp):
         if not np.abs(T_wp).max() < _FAR:
@@ -130,7 +134,8 @@ def hand_of(measurement: Measurement, pads: PadSet, before: Hand | None = None) 
     return Hand(T_wh, T_wh.inverse().matrix() @ T_wp)
 
 
-def _pads_by_joints(measurement: Measurement, pads: PadSet) -> np.ndarray:
+def _pads_by_joints(measurement: Measurement, pads: PadSet) -> tuple[np.ndarray, np.ndarray]:
+    """Joint angles (J,) and pad poses in the hand (K, 4, 4)."""
     from .hands.model import HandModel  # brings MuJoCo, which a PadSet does without
 
     if not isinstance(pads, HandModel):
@@ -139,7 +144,8 @@ def _pads_by_joints(measurement: Measurement, pads: PadSet) -> np.ndarray:
         )
     if measurement.joints is None:
         raise ValueError("the measurement has neither joints nor T_wp; give one of them")
-    return pads.pad_transforms(measurement.joints)
+    joints = pads.joint_array(measurement.joints)
+    return joints, pads.pad_transforms(joints)
 
 
 def _visual_covariance(measurement: Measurement, used: bool) -> tuple[np.ndarray | None, str]:

@@ -18,12 +18,14 @@ import numpy as np
 
 from .config import EstimatorConfig
 from .factors.noise import distance_noise, pose_noise, welsch_of_norm, welsch_of_rows
-from .factors.pad_distances import PadDistances
+from .factors.pad_distances import JointZeros, PadDistances
 from .factors.penetration import penetration_factor
 from .factors.tactile import tactile_factor
 from .factors.visual import visual_factor
 from .frame import Frame, check
+from .hands.pads import PadSet
 from .measurement import Measurement
+from .offsets import CalibrationPrior
 from .sdf.search import ClosestPoints
 
 
@@ -31,24 +33,53 @@ class FrameFactors(NamedTuple):
     """A frame's factors, as far as the frame and the method have them.
 
     Attributes:
+        key: Key of the object's pose T_ho.
         pads: What the hand's factors share.
         visual: Holds the object at the visual pose.
         tactile: Pulls its surface onto the pads that touch.
         penetration: Pushes it out of all pads.
+        zeros: What is known of the joints' zeros, where the pads' factors have them as an unknown.
     """
 
+    key: int
     pads: PadDistances
     visual: gtsam.PriorFactorPose3 | None = None
     tactile: gtsam.CustomFactor | None = None
     penetration: gtsam.CustomFactor | None = None
+    zeros: gtsam.PriorFactorVector | None = None
 
     def graph(self) -> gtsam.NonlinearFactorGraph:
         """The factors together: the frame's cost."""
-        return _graph(self.visual, self.tactile, self.penetration)
+        return _graph(self.visual, self.tactile, self.penetration, self.zeros)
 
     def hand_graph(self) -> gtsam.NonlinearFactorGraph:
         """What the hand alone says."""
-        return _graph(self.tactile, self.penetration)
+        return _graph(self.tactile, self.penetration, self.zeros)
+
+    def normal_equations(
+        self, graph: gtsam.NonlinearFactorGraph, values: gtsam.Values
+    ) -> np.ndarray:
+        """J'J of a graph of these factors, the pose's rows first, shape (6 + J, 6 + J) or (6, 6).
+
+        Robust losses count with the weights that they leave.
+        """
+        if graph.empty():
+            return np.zeros((6, 6))
+        ordering = gtsam.Ordering()
+        ordering.push_back(self.key)
+        for other in graph.keyVector():
+            if other != self.key:
+                ordering.push_back(other)
+        hessian: np.ndarray = graph.linearize(values).hessian(ordering)[0]
+        return hessian
+
+    def information(self, graph: gtsam.NonlinearFactorGraph, values: gtsam.Values) -> np.ndarray:
+        """Information about the pose in a graph of these factors, other unknowns marginalized out, shape (6, 6)."""
+        H = self.normal_equations(graph, values)
+        if len(H) == 6:
+            return H
+        information: np.ndarray = H[:6, :6] - H[:6, 6:] @ np.linalg.solve(H[6:, 6:], H[6:, :6])
+        return information
 
 
 def build_graph(
@@ -60,6 +91,7 @@ def build_graph(
     """One frame's factors on T_ho, the pose of the object in the hand (in the world, where the frame has no T_wh).
 
     The graph is a value: no later frame changes it, and graphs may be joined, solved and marginalized like any others.
+    The hand's joints count as exact in it.
 
     Args:
         measurement: The frame.
@@ -79,31 +111,75 @@ def build_graph(
 
 
 def frame_factors(
-    frame: Frame, closest: ClosestPoints, key: int, config: EstimatorConfig
+    frame: Frame,
+    closest: ClosestPoints,
+    key: int,
+    config: EstimatorConfig,
+    prior: CalibrationPrior | None = None,
+    zeros_key: int | None = None,
+    T_ho: gtsam.Pose3 | None = None,
 ) -> FrameFactors:
-    """The factors of a frame's cost."""
+    """The factors of a frame's cost.
+
+    Args:
+        frame: The frame.
+        closest: Finds the pads' closest points.
+        key: Key of the object's pose T_ho.
+        config: Method, weights and losses.
+        prior: What is known of the robot's offsets; None: it is perfectly calibrated.
+        zeros_key: Key of the joints' zeros, where ``prior`` has them uncertain.
+        T_ho: About where the object is, which says how its distances depend on the zeros.
+    """
     pads = PadDistances(closest, frame.T_hp, frame.touching)
-    factors = FrameFactors(pads)
+    factors = FrameFactors(key, pads)
     if frame.T_ho_visual is not None:
-        noise: gtsam.noiseModel.Base = visual_noise(frame, config)
+        noise = visual_noise(frame, config, prior)
         factors = factors._replace(visual=visual_factor(key, frame.T_ho_visual, noise))
+    if config.method == "vis":
+        return factors
+    zeros = None
+    if prior is not None and prior.joints_uncertain and frame.joints is not None:
+        assert zeros_key is not None and T_ho is not None
+        jacobian = zero_jacobian(closest.pads, frame.joints, pads, T_ho)
+        zeros = JointZeros(zeros_key, jacobian)
+        known = gtsam.PriorFactorVector(zeros_key, np.zeros(jacobian.shape[1]), prior.joint_noise())
+        factors = factors._replace(zeros=known)
+    blurred = config.pad_sigma**2 if frame.joints is None else 0.0
     touching = np.count_nonzero(frame.touching)
-    if touching and config.method == "vis+tac+pen":
-        noise = welsch_of_rows(distance_noise(touching, config.w_tac), config.log_theta_tac)
-        factors = factors._replace(tactile=tactile_factor(key, pads, noise))
-    if config.method != "vis":
-        noise = distance_noise(len(frame.touching), config.w_pen)
-        factors = factors._replace(penetration=penetration_factor(key, pads, noise))
-    return factors
+    if touching and "tac" in config.method:
+        noise = distance_noise(touching, 1.0 / (1.0 / config.w_tac + blurred))
+        robust = welsch_of_rows(noise, config.log_theta_tac)
+        factors = factors._replace(tactile=tactile_factor(key, pads, robust, zeros))
+    noise = distance_noise(len(frame.touching), 1.0 / (1.0 / config.w_pen + blurred))
+    return factors._replace(penetration=penetration_factor(key, pads, noise, zeros))
 
 
-def visual_noise(frame: Frame, config: EstimatorConfig) -> gtsam.noiseModel.Robust:
-    """How sure a frame's visual pose is: its own covariance where it brings one, else the configured weights."""
-    if frame.visual_covariance is None:
-        noise = pose_noise(*config.visual_weights)
-    else:
+def zero_jacobian(
+    hand: PadSet, joints: np.ndarray, pads: PadDistances, T_ho: gtsam.Pose3
+) -> np.ndarray:
+    """G = d phi / d dq [m/rad], shape (K, J), with the object at T_ho; zero for a pad that is left out."""
+    contacts = pads.at(T_ho)
+    points_h = np.nan_to_num(pads.points_h(contacts))
+    gradients_h = -contacts.jacobians[:, 3:] @ T_ho.rotation().matrix().T
+    return hand.zero_jacobian(joints, points_h, gradients_h)  # type: ignore[attr-defined, no-any-return]
+
+
+def visual_noise(
+    frame: Frame, config: EstimatorConfig, prior: CalibrationPrior | None = None
+) -> gtsam.noiseModel.Robust:
+    """How sure a frame's visual pose is: its own covariance or the configured weights, and the camera's share."""
+    log_theta = config.log_theta_vis_mem if config.memory else config.log_theta_vis
+    if prior is None or not prior.camera_uncertain:
+        if frame.visual_covariance is None:
+            return welsch_of_norm(pose_noise(*config.visual_weights), log_theta)
         noise = gtsam.noiseModel.Gaussian.Covariance(frame.visual_covariance)
-    return welsch_of_norm(noise, config.log_theta_vis)
+        return welsch_of_norm(noise, log_theta)
+    covariance = frame.visual_covariance
+    if covariance is None:
+        covariance = np.diag(1.0 / np.repeat(config.visual_weights, 3))
+    assert frame.T_ho_visual is not None
+    share = prior.camera_share(frame.T_wh.compose(frame.T_ho_visual))
+    return welsch_of_norm(gtsam.noiseModel.Gaussian.Covariance(covariance + share), log_theta)
 
 
 def _graph(*factors: gtsam.NonlinearFactor | None) -> gtsam.NonlinearFactorGraph:

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import gtsam
 import numpy as np
@@ -17,40 +18,58 @@ HELD = 1e-3  # a direction counts as held with this share of the best direction'
 STALL = 1e-3  # [m], a promised step longer than this that the solver could not take is a stall
 
 
-def status_of(
-    factors: FrameFactors,
-    values: gtsam.Values,
-    visual_weight: float,
-    normal_equations: tuple[np.ndarray, np.ndarray],
-    stuck: bool,
-) -> Status:
-    """Judge a solution.
+class Fit(NamedTuple):
+    """Where the solver ended.
 
-    Args:
+    Attributes:
         factors: The frame's factors.
-        values: Where the solver ended.
-        visual_weight: What is left of the visual pose's weight after its robust loss.
-        normal_equations: Information (6, 6) and gradient (6,) there.
-        stuck: Whether the solver tried and did not move.
+        values: The unknowns.
+        iterations: Steps taken.
+        error: Cost there, 1/2 sum rho.
+        moved: Whether that is another pose than the start.
+        visual_weight: What is left of the visual pose's weight after its robust loss; 0 where there is none.
     """
-    if visual_weight < REJECTED and not held_by_hand(factors, values):
-        touch_may_hold = factors.penetration is not None  # not so with method ``vis``
-        return "unobservable" if factors.visual is None and touch_may_hold else "lost"
-    if stuck and newton_step_length(*normal_equations) > STALL:
+
+    factors: FrameFactors
+    values: gtsam.Values
+    iterations: int
+    error: float
+    moved: bool
+    visual_weight: float
+
+    @property
+    def T_ho(self) -> gtsam.Pose3:
+        """The pose, in the hand."""
+        return self.values.atPose3(self.factors.key)
+
+
+def status_of(fit: Fit, information: np.ndarray) -> Status:
+    """Judge a solution; ``information`` (6, 6) is what is known of the pose there, memory included."""
+    if fit.visual_weight < REJECTED and not (held_by_hand(fit) or all_held(information, HELD)):
+        return "unobservable" if fit.factors.visual is None else "lost"
+    if fit.iterations and not fit.moved and newton_step_length(fit) > STALL:
         return "stalled"
     return "ok"
 
 
-def held_by_hand(factors: FrameFactors, values: gtsam.Values) -> bool:
+def is_lost(fit: Fit) -> bool:
+    """Whether the visual pose is too far away to count, and the pads leave some direction free."""
+    return fit.visual_weight < REJECTED and not held_by_hand(fit)
+
+
+def visual_weight(factors: FrameFactors, values: gtsam.Values, log_theta: float) -> float:
+    """How much the visual pose counts after its Welsch loss, in [0, 1]: rho' = 1 - rho / theta."""
+    if factors.visual is None:
+        return 0.0
+    return max(0.0, 1.0 - 2.0 * factors.visual.error(values) / math.exp(log_theta))
+
+
+def held_by_hand(fit: Fit) -> bool:
     """Whether the hand's factors alone hold the pose in all six directions."""
-    graph = factors.hand_graph()
-    if graph.empty():
-        return False
-    information, _ = graph.linearize(values).hessian()
-    return all_held(information, HELD)
+    return all_held(fit.factors.information(fit.factors.hand_graph(), fit.values), HELD)
 
 
-def newton_step_length(information: np.ndarray, gradient: np.ndarray) -> float:
-    """Length of the Gauss-Newton step [m], a radian counted as ``LEVER``."""
-    step, *_ = np.linalg.lstsq(information, gradient, rcond=1e-6)
+def newton_step_length(fit: Fit) -> float:
+    """Length of the Gauss-Newton step [m] of the frame's cost, a radian counted as ``LEVER``."""
+    step = fit.factors.graph().linearize(fit.values).optimizeDensely().at(fit.factors.key)
     return math.hypot(*(step[:3] * LEVER), *step[3:])

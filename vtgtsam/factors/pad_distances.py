@@ -4,12 +4,28 @@
 from __future__ import annotations
 
 from math import isfinite
+from typing import NamedTuple
 
 import gtsam
 import numpy as np
 
 from ..exceptions import FactorError
 from ..sdf.search import ClosestPoints, PadContacts
+
+
+class JointZeros(NamedTuple):
+    """The joints' zeros as one more unknown of the pads' factors.
+
+    The joints are at q - dq. A pad's distance is phi_k + G_k dq, to first order about the pads as measured; G is that of
+    the pose at which the frame is begun, so that the factors' Jacobians are exact derivatives.
+
+    Attributes:
+        key: Key of dq, a vector of dimension J.
+        jacobian: G = d phi / d dq [m/rad], shape (K, J).
+    """
+
+    key: int
+    jacobian: np.ndarray
 
 
 class PadDistances:

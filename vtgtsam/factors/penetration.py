@@ -17,7 +17,7 @@ import numpy as np
 
 from ..compiled import compiled_in_place
 from .checked import checked_factor
-from .pad_distances import PadDistances
+from .pad_distances import JointZeros, PadDistances
 
 
 def penetration_residual(distances: np.ndarray) -> np.ndarray:
@@ -42,7 +42,7 @@ def _copy_rows_inside(distances: np.ndarray, source: np.ndarray, target: np.ndar
 
 
 def penetration_factor(
-    key: int, pads: PadDistances, noise: gtsam.noiseModel.Base
+    key: int, pads: PadDistances, noise: gtsam.noiseModel.Base, zeros: JointZeros | None = None
 ) -> gtsam.CustomFactor:
     """Push the object out of the hand's pads.
 
@@ -50,14 +50,30 @@ def penetration_factor(
         key: Key of the object's pose T_ho.
         pads: The frame's pads.
         noise: Noise model whose dimension is the number of pads, sigmas in [m].
+        zeros: The joints' zeros where they are uncertain, the factor's second unknown.
     """
+    if zeros is None:
 
-    def error(
+        def error(
+            factor: gtsam.CustomFactor, values: gtsam.Values, jacobians: list[np.ndarray] | None
+        ) -> np.ndarray:
+            contacts = pads.at(values.atPose3(key))
+            if jacobians is not None:
+                jacobians[0] = penetration_jacobian(contacts.distances, contacts.jacobians)
+            return penetration_residual(contacts.distances)
+
+        return checked_factor(noise, [key], error)
+
+    zeros_key, G = zeros
+
+    def error_with_zeros(
         factor: gtsam.CustomFactor, values: gtsam.Values, jacobians: list[np.ndarray] | None
     ) -> np.ndarray:
         contacts = pads.at(values.atPose3(key))
+        distances = contacts.distances + G @ values.atVector(zeros_key)
         if jacobians is not None:
-            jacobians[0] = penetration_jacobian(contacts.distances, contacts.jacobians)
-        return penetration_residual(contacts.distances)
+            jacobians[0] = penetration_jacobian(distances, contacts.jacobians)
+            jacobians[1] = penetration_jacobian(distances, G)
+        return penetration_residual(distances)
 
-    return checked_factor(noise, [key], error)
+    return checked_factor(noise, [key, zeros_key], error_with_zeros, [6, G.shape[1]])

@@ -20,7 +20,7 @@ import numpy as np
 
 from ..compiled import compiled_in_place
 from .checked import checked_factor
-from .pad_distances import PadDistances
+from .pad_distances import JointZeros, PadDistances
 
 
 def tactile_residual(distances: np.ndarray) -> np.ndarray:
@@ -45,7 +45,7 @@ def _copy_rows_of_gaps(distances: np.ndarray, source: np.ndarray, target: np.nda
 
 
 def tactile_factor(
-    key: int, pads: PadDistances, noise: gtsam.noiseModel.Base
+    key: int, pads: PadDistances, noise: gtsam.noiseModel.Base, zeros: JointZeros | None = None
 ) -> gtsam.CustomFactor:
     """Pull the object's surface onto the pads that report contact.
 
@@ -53,16 +53,34 @@ def tactile_factor(
         key: Key of the object's pose T_ho.
         pads: The frame's pads.
         noise: Noise model whose dimension is the number of touching pads, sigmas in [m].
+        zeros: The joints' zeros where they are uncertain, the factor's second unknown.
     """
     (touching,) = pads.touching.nonzero()
+    if zeros is None:
 
-    def error(
+        def error(
+            factor: gtsam.CustomFactor, values: gtsam.Values, jacobians: list[np.ndarray] | None
+        ) -> np.ndarray:
+            contacts = pads.at(values.atPose3(key))
+            distances = contacts.distances.take(touching)
+            if jacobians is not None:
+                of_pose = contacts.jacobians.take(touching, axis=0)
+                jacobians[0] = tactile_jacobian(distances, of_pose)
+            return tactile_residual(distances)
+
+        return checked_factor(noise, [key], error)
+
+    zeros_key, G = zeros.key, zeros.jacobian[touching]
+
+    def error_with_zeros(
         factor: gtsam.CustomFactor, values: gtsam.Values, jacobians: list[np.ndarray] | None
     ) -> np.ndarray:
         contacts = pads.at(values.atPose3(key))
-        distances = contacts.distances[touching]
+        distances = contacts.distances.take(touching) + G @ values.atVector(zeros_key)
         if jacobians is not None:
-            jacobians[0] = tactile_jacobian(distances, contacts.jacobians.take(touching, axis=0))
+            of_pose = contacts.jacobians.take(touching, axis=0)
+            jacobians[0] = tactile_jacobian(distances, of_pose)
+            jacobians[1] = tactile_jacobian(distances, G)
         return tactile_residual(distances)
 
-    return checked_factor(noise, [key], error)
+    return checked_factor(noise, [key, zeros_key], error_with_zeros, [6, G.shape[1]])

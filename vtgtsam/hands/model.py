@@ -105,6 +105,7 @@ class HandModel(PadSet):
         self._T_bp = np.array([box.T_bp for box in self.pad_boxes])
         self._couplings = couplings(model)
         self.coupled_joints = tuple(self._couplings)
+        self._moves_pad = _moves(model, self.pad_bodies)
         self._data = mujoco.MjData(model)
 
     @classmethod
@@ -183,6 +184,31 @@ class HandModel(PadSet):
         T_hb[:, 3, 3] = 1.0
         T_hp: np.ndarray = T_hb @ self._T_bp
         return T_hp if T_wh is None else np.matmul(_matrix(T_wh), T_hp)
+
+    def zero_jacobian(
+        self,
+        joints: Mapping[str, float] | ArrayLike,
+        points_h: np.ndarray,
+        gradients_h: np.ndarray,
+    ) -> np.ndarray:
+        """How the distances of points on the pads change with the joints' zeros, d phi_k / d dq_j, shape (K, J).
+
+        The joints are at q - dq where ``joints`` says q, so this is -grad phi_k . dp_k/dq_j.
+
+        Args:
+            joints: Joint angles q [rad], as ``joint_array`` takes them.
+            points_h: A point on each pad, in the hand [m], shape (K, 3).
+            gradients_h: The gradient of its signed distance, in the hand, shape (K, 3).
+        """
+        self._data.qpos[:] = self.joint_array(joints)
+        mujoco.mj_kinematics(self.model, self._data)
+        axes, anchors = self._data.xaxis, self._data.xanchor
+        levers = points_h[:, None] - anchors
+        turned = np.einsum("ki,kji->kj", gradients_h, np.cross(axes, levers))
+        pushed = gradients_h @ axes.T
+        hinge = self.model.jnt_type == mujoco.mjtJoint.mjJNT_HINGE
+        jacobian: np.ndarray = -np.where(hinge, turned, pushed) * self._moves_pad
+        return jacobian
 
     def pad_points(
         self,
@@ -268,6 +294,16 @@ def numbered_out_of_order(joint_names: Sequence[str]) -> str | None:
         f"the joints are named by numbers, in the order {', '.join(joint_names)}; an array of angles goes "
         "in this order, not in the motors': give a mapping from name to angle"
     )
+
+
+def _moves(model: mujoco.MjModel, bodies: np.ndarray) -> np.ndarray:
+    """Whether each body moves with each joint, bool, shape (K, J)."""
+    moves = np.zeros((len(bodies), model.njnt), dtype=bool)
+    for k, body in enumerate(bodies.tolist()):
+        while body:
+            moves[k, model.jnt_bodyid == body] = True
+            body = int(model.body_parentid[body])
+    return moves
 
 
 def _matrix(T: gtsam.Pose3 | np.ndarray) -> np.ndarray:

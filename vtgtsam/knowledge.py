@@ -1,0 +1,109 @@
+# SPDX-License-Identifier: MIT
+r"""How sure an estimate is, with offsets that stay and are not estimated: a consider covariance (Schmidt-Kalman).
+
+A frame gives information S about the pose, the offsets marginalized out, and a pull B: where the offsets are c, its
+estimate is off by S^-1 B c. Over frames the estimate minimises (memory Lambda) + (frame) / n, so
+
+    M = Lambda + S / n                              information with which the pose counts in the next frame
+    X = M^-1 (Lambda X' + B / n)                    error of the estimate for each offset: it does not average out
+    N = M^-1 (Lambda N' Lambda + (S - B P B') / n) M^-1        what does
+
+where X' and N' are those of the frame before, N' widened by the motion since. The covariance of the estimate is
+
+    N + X P X'.
+
+In a first frame, where Lambda = 0 and n = 1, that is S^-1.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import gtsam
+import numpy as np
+
+from .covariance import covariance_of, known_inverse
+from .graph import FrameFactors
+from .offsets import CAMERA, CalibrationPrior
+
+
+class FrameInformation(NamedTuple):
+    """What one frame says of the pose.
+
+    Attributes:
+        information: S, shape (6, 6).
+        pull: B, shape (6, 6 + J).
+        noise: S - B P B', the part of S^-1 B that noise has, shape (6, 6).
+    """
+
+    information: np.ndarray
+    pull: np.ndarray
+    noise: np.ndarray
+
+
+class Knowledge(NamedTuple):
+    """What all frames so far know of the pose.
+
+    Attributes:
+        information: M, shape (6, 6); zero along what nothing has measured.
+        noise: N, shape (6, 6).
+        sensitivity: X, shape (6, 6 + J).
+    """
+
+    information: np.ndarray
+    noise: np.ndarray
+    sensitivity: np.ndarray
+
+    def covariance(self, prior: CalibrationPrior) -> np.ndarray:
+        """N + X P X', shape (6, 6), infinite along what nothing has measured."""
+        covariance = self.noise + self.sensitivity @ prior.covariance @ self.sensitivity.T
+        unmeasured = ~np.isfinite(covariance_of(self.information))
+        covariance[unmeasured] = covariance_of(self.information)[unmeasured]
+        return covariance
+
+
+def frame_information(
+    factors: FrameFactors,
+    values: gtsam.Values,
+    prior: CalibrationPrior,
+    T_wo_visual: gtsam.Pose3 | None,
+) -> FrameInformation:
+    """What a frame's factors say at the estimate; robust losses count with the weights they leave."""
+    pull = np.zeros((6, len(prior.covariance)))
+    H = factors.normal_equations(factors.graph(), values)
+    information = H[:6, :6]
+    if len(H) > 6:  # the joints' zeros, with their prior, are the rest
+        gain = np.linalg.solve(H[6:, 6:], H[6:, :6])
+        information = information - H[:6, 6:] @ gain
+        pull[:, CAMERA:] = gain.T @ np.linalg.inv(prior.covariance[CAMERA:, CAMERA:])
+    if T_wo_visual is not None and factors.visual is not None and prior.camera_uncertain:
+        of_visual = factors.visual.linearize(values).jacobian()[0]
+        pull[:, :CAMERA] = of_visual.T @ of_visual @ prior.camera_jacobian(T_wo_visual)
+    noise = information - pull @ prior.covariance @ pull.T
+    return FrameInformation(information, pull, noise)
+
+
+def fused(
+    frame: FrameInformation,
+    memory: np.ndarray | None = None,
+    before: Knowledge | None = None,
+    spread: np.ndarray | None = None,
+    repetitions: float = 1.0,
+) -> Knowledge:
+    """What is known after a frame.
+
+    Args:
+        frame: What it says.
+        memory: Lambda, the information with which the frames before counted in it, shape (6, 6).
+        before: What was known after the frame before.
+        spread: How the pose may have moved since, a covariance (6, 6).
+        repetitions: n, as one of how many frames that say the same it counts.
+    """
+    if memory is None or before is None or spread is None:
+        inverse = known_inverse(frame.information)
+        return Knowledge(frame.information, inverse @ frame.noise @ inverse, inverse @ frame.pull)
+    information = memory + frame.information / repetitions
+    inverse = known_inverse(information)
+    noise = memory @ (before.noise + spread) @ memory + frame.noise / repetitions
+    pull = memory @ before.sensitivity + frame.pull / repetitions
+    return Knowledge(information, inverse @ noise @ inverse, inverse @ pull)
