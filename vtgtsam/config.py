@@ -201,6 +201,11 @@ class EstimatorConfig(BaseModel):
         return self.method.endswith("+mem")
 
     @property
+    def visual_log_theta(self) -> float:
+        """Log theta of the visual Welsch loss in this method."""
+        return self.log_theta_vis_mem if self.memory else self.log_theta_vis
+
+    @property
     def visual_weights(self) -> VisualWeight:
         """``w_vis`` as a pair, whichever way it was given."""
         if isinstance(self.w_vis, tuple):

@@ -9,7 +9,10 @@ from typing import Literal
 import gtsam
 import numpy as np
 
-Status = Literal["ok", "waiting", "stalled", "unobservable", "lost", "invalid"]
+from .modes import Mode
+
+Status = Literal["ok", "waiting", "stalled", "unobservable", "contradicted", "lost", "invalid"]
+Event = Literal["grasped", "slipping", "dropped"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,16 +24,21 @@ class Estimate:
         T_wo: The object's pose in the world, or None while waiting for a first visual pose.
         covariance: Covariance of the pose's tangent vector (right perturbation), shape (6, 6), rotation
             [rad^2] first, then translation [m^2]: the inverse of the undamped robust information, infinite
-            along directions that nothing measures. It is the model's: with the literal weights (1, 1, 1) it
+            along directions that nothing measures; with memory the posterior's. On top comes what the robot's
+            camera and joint zeros leave uncertain. It is the model's: with the literal weights (1, 1, 1) it
             means little.
         status: ``ok``;
             ``waiting``: no visual pose has come yet, so there is no pose;
             ``stalled``: the solver found no way down although its model promised one, the pose is the start;
             ``unobservable``: no visual pose this frame, and the pads leave some direction free;
             ``lost``: the visual pose is too far away to count, and the pads leave some direction free:
-            nothing holds the pose (method ``vis``: no visual pose this frame, the pose is the last one, carried with
-            the hand);
-            ``invalid``: the measurement held NaN or infinity and was not used, the pose is the last one.
+            nothing holds the pose;
+            ``contradicted``: vision and touch cannot both be right: no contact of a pad counts any more, or the
+            visual pose is refused while the hand holds the object;
+            ``invalid``: the measurement has no finite time, or nothing in it could be used; the pose is the last.
+        faults: What is wrong with the measurements, in the fixed words of ``vtgtsam.faults.words``.
+        mode: How the object moves in the hand, ``free``, ``moving`` or ``held``; None without memory.
+        events: What began in this frame: ``grasped``, ``slipping``, ``dropped``.
         iterations: Iterations the solver took.
         error: Cost at the pose, 1/2 sum rho.
         visual_weight: How much the visual pose counts after its robust loss, in [0, 1]; 0 where there is none.
@@ -45,6 +53,9 @@ class Estimate:
     T_wo: gtsam.Pose3 | None
     covariance: np.ndarray
     status: Status
+    faults: tuple[str, ...]
+    mode: Mode | None
+    events: tuple[Event, ...]
     iterations: int
     error: float
     visual_weight: float

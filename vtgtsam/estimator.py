@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import logging
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import gtsam
 import numpy as np
@@ -23,12 +23,16 @@ from .config import EstimatorConfig
 from .covariance import covariance_of
 from .estimate import Estimate, Status
 from .factors.noise import welsch_weight
+from .faults.watch import Watch
+from .faults.words import TIME_WENT_BACK, VISION_TOO_LATE
 from .frame import Frame, Hand, check, require_finite_pose
 from .graph import FrameFactors, frame_factors
 from .hands.pads import PadSet
-from .knowledge import frame_information, fused
+from .history import KEPT, SAME, History, Past
+from .knowledge import Knowledge, frame_information, fused
 from .measurement import Measurement
-from .memory import Expectation, Memory
+from .memory import Belief, Expectation, expectation, may_take_over, refused_since
+from .modes import Mode, ModeFilter
 from .objects import ObjectModel
 from .offsets import CalibrationPrior
 from .optimize import Solution, optimize
@@ -39,6 +43,20 @@ OBJECT = X(0)  # key of T_ho
 ZEROS = Q(0)  # key of the joints' zeros dq
 
 logger = logging.getLogger(__name__)
+
+
+class Solved(NamedTuple):
+    """A solved frame.
+
+    Attributes:
+        fit: Where the solver ended.
+        knowledge: What is known of the pose there.
+        belief: What is remembered of it.
+    """
+
+    fit: Fit
+    knowledge: Knowledge
+    belief: Belief
 
 
 class PoseEstimator:
@@ -78,17 +96,19 @@ class PoseEstimator:
         """
         if T_wo is not None:
             require_finite_pose(T_wo, "T_wo")
-        self._hand: Hand | None = None  # of the last frame
-        self._T_ho: gtsam.Pose3 | None = None  # of the last frame
         self._T_wo_given = T_wo  # where the next frame is to start
+        self._hand: Hand | None = None  # of the last frame
+        self._belief: Belief | None = None  # after the last frame
+        self._history = History()
+        self._modes = ModeFilter(self.config)
+        self._watch = Watch(self.hand, self.config)
         self._prior: CalibrationPrior | None = None  # known once the hand is seen
-        self._memory = Memory(self.config)
 
     def update(self, measurement: Measurement) -> Estimate:
         """Fuse one frame.
 
         Returns:
-            The estimate. Trouble with the data is an answer, in ``Estimate.status``.
+            The estimate. Trouble with the data is an answer, in ``Estimate.status`` and ``Estimate.faults``.
 
         Raises:
             ValueError: The measurement has the wrong shape or names, or lacks something: a mistake of the
@@ -96,70 +116,125 @@ class PoseEstimator:
         """
         _require(measurement, Measurement, "measurement", "Measurement(time, contacts, ...) is one")
         frame = check(measurement, self.hand, self.config.use_visual_covariance, self._hand)
-        if frame.invalid:
-            logger.warning("t = %s: not finite, so not used: %s", frame.time, frame.invalid)
+        if not math.isfinite(frame.time):
             return self._without_solving(frame, "invalid")
+        frame = self._watch.before(frame)
+        if self._belief is not None and frame.time < self._belief.time:
+            return self._out_of_order(frame)
+        if measurement.visual_time is not None:
+            frame = self._fuse_late(frame, measurement.visual_time)
         self._hand = Hand(frame.T_wh, frame.T_hp, frame.joints)
-        start = self._start(frame)
-        if start is None:
+        mode = self._modes.mode(frame.time, frame.touching, frame.T_hp)
+        solved = self._step(frame, mode, self._belief)
+        self._history.append(Past(frame, mode, self._belief))
+        if solved is None:
             return self._without_solving(frame, "waiting")
-        prior = self._calibration_prior(frame)
-        if self.config.method == "vis":
-            fit, expected = self._as_seen(frame, start), None
-        elif self.config.memory:
-            fit, expected = self._remembered(frame, start)
-        else:
-            fit, expected = self._fused(frame, start), None
-        self._T_ho, self._T_wo_given = fit.T_ho, None
-        return self._estimate(frame, fit, prior, expected)
+        self._belief, self._T_wo_given = solved.belief, None
+        return self._watch.after(frame, self._estimate(frame, mode, solved))
 
-    def _start(self, frame: Frame) -> gtsam.Pose3 | None:
+    def _step(self, frame: Frame, mode: Mode, before: Belief | None) -> Solved | None:
+        """Solve one frame from what was believed before it; None where there is nowhere to start."""
+        start = self._start(frame, before)
+        if start is None:
+            return None
+        prior = self._calibration_prior(frame)
+        factors = frame_factors(frame, self._closest, OBJECT, self.config, prior, ZEROS, start)
+        expected = None
+        if self.config.method == "vis":
+            fit = self._as_seen(frame, factors, start)
+        elif self.config.memory:
+            fit, expected = self._remembered(frame, factors, start, mode, before)
+        else:
+            fit = self._fused(frame, factors, start)
+        information = frame_information(factors, fit.values, prior, frame.T_wo_visual)
+        knowledge = fused(information) if expected is None else expected.posterior(information)
+        refused = refused_since(before, frame, fit.visual_weight, self.config)
+        kept = knowledge if self.config.memory else None
+        return Solved(fit, knowledge, Belief(frame.time, fit.T_ho, kept, refused))
+
+    def _start(self, frame: Frame, before: Belief | None) -> gtsam.Pose3 | None:
         """Where the solver starts: at the last pose in the hand, or at the visual one."""
+        if before is not None:
+            return before.T_ho
         if self._T_wo_given is not None:
             return frame.T_wh.between(self._T_wo_given)
-        return frame.T_ho_visual if self._T_ho is None else self._T_ho
+        return frame.T_ho_visual
 
     def _calibration_prior(self, frame: Frame) -> CalibrationPrior:
         """What is known of the robot's offsets; its camera turns about where the hand was first."""
         if self._prior is None:
-            joints = 0 if frame.joints is None else len(frame.joints)
+            joints = len(getattr(self.hand, "joint_names", ()))
             origin = frame.T_wh.translation()
             self._prior = CalibrationPrior.of_config(self.config, joints, origin)
         return self._prior
 
-    def _as_seen(self, frame: Frame, start: gtsam.Pose3) -> Fit:
+    def _as_seen(self, frame: Frame, factors: FrameFactors, start: gtsam.Pose3) -> Fit:
         """Method ``vis``: the visual pose as it is; where there is none the last one, carried with the hand."""
         T_ho = start if frame.T_ho_visual is None else frame.T_ho_visual
-        factors = self._factors(frame, T_ho)
         return self._fit(factors, Solution(_at(T_ho), iterations=0, error=0.0), moved=False)
 
-    def _fused(self, frame: Frame, start: gtsam.Pose3) -> Fit:
+    def _fused(self, frame: Frame, factors: FrameFactors, start: gtsam.Pose3) -> Fit:
         """The frame by itself, from the last estimate on."""
-        factors = self._factors(frame, start)
         fit = self._solved(factors, factors.graph(), start)
         if self.config.recover and frame.T_ho_visual is not None and is_lost(fit):
             logger.info("t = %s: lost, starting again from vision", frame.time)
             return self._solved(factors, factors.graph(), frame.T_ho_visual)
         return fit
 
-    def _remembered(self, frame: Frame, start: gtsam.Pose3) -> tuple[Fit, Expectation]:
-        """The frame and what the frames before say; vision takes over where it is refused for long."""
-        expected = self._memory.expect(frame)
-        factors = self._factors(frame, start)
+    def _remembered(
+        self,
+        frame: Frame,
+        factors: FrameFactors,
+        start: gtsam.Pose3,
+        mode: Mode,
+        before: Belief | None,
+    ) -> tuple[Fit, Expectation | None]:
+        """The frame and what the frames before say; vision takes over where it was refused for long."""
+        expected = expectation(before, frame.time, mode, self.config)
         graph = factors.graph()
-        if expected.before is not None:
+        if expected is not None:
             graph.push_back(expected.factor(OBJECT))
         fit = self._solved(factors, graph, start)
-        if self._memory.refuses(frame, fit.visual_weight) and frame.T_ho_visual is not None:
-            alone = self._solved(factors, factors.graph(), frame.T_ho_visual)
-            if not frame.touching.any() or alone.error < factors.graph().error(fit.values):
-                logger.info("t = %s: vision was refused for long, starting again", frame.time)
-                self._memory.restarted()
-                return alone, expected.forgotten()
-        return fit, expected
+        refused = refused_since(before, frame, fit.visual_weight, self.config)
+        if expected is None or not may_take_over(frame, refused, self.config):
+            return fit, expected
+        alone = self._solved(factors, factors.graph(), frame.T_ho_visual)
+        if frame.touching.any() and alone.error >= factors.graph().error(fit.values):
+            return fit, expected
+        logger.info("t = %s: vision was refused for long, starting again from it", frame.time)
+        return alone, None
 
-    def _factors(self, frame: Frame, T_ho: gtsam.Pose3) -> FrameFactors:
-        return frame_factors(frame, self._closest, OBJECT, self.config, self._prior, ZEROS, T_ho)
+    def _fuse_late(self, frame: Frame, visual_time: float) -> Frame:
+        """Fuse a visual pose at its own instant, which is in the past; the frame is left without it."""
+        T_ho_visual = frame.T_ho_visual
+        if T_ho_visual is None or visual_time >= frame.time - SAME:
+            return frame
+        unseen = frame._replace(T_ho_visual=None, visual_covariance=None)
+        hand = Hand(frame.T_wh, frame.T_hp, frame.joints)
+        T_wh = self._history.hand_at(visual_time, hand, frame.time)
+        if T_wh is None or not visual_time >= frame.time - KEPT:
+            return unseen._replace(faults=(*frame.faults, VISION_TOO_LATE))
+        seen = T_wh.between(frame.T_wh.compose(T_ho_visual))
+        late = frame._replace(time=visual_time, T_wh=T_wh, T_ho_visual=seen)
+        if not self.config.memory:  # nothing is remembered that the pose could have changed
+            return frame._replace(T_ho_visual=seen)
+        again = self._history.rewind(late, self._belief)
+        self._belief = again[0].before
+        for past in again:
+            solved = self._step(past.frame, past.mode, self._belief)
+            self._history.append(past._replace(before=self._belief))
+            if solved is not None:
+                self._belief = solved.belief
+        return unseen
+
+    def _out_of_order(self, frame: Frame) -> Estimate:
+        """A frame that is earlier than the last one: by itself, and nothing is remembered of it."""
+        assert self._belief is not None
+        logger.warning("t = %s: earlier than the frame before it", frame.time)
+        frame = frame._replace(faults=(*frame.faults, TIME_WENT_BACK))
+        solved = self._step(frame, "free", Belief(frame.time, self._belief.T_ho))
+        assert solved is not None
+        return self._estimate(frame, "free", solved)
 
     def _solved(
         self, factors: FrameFactors, graph: gtsam.NonlinearFactorGraph, start: gtsam.Pose3
@@ -167,45 +242,50 @@ class PoseEstimator:
         values = _at(start)
         if factors.zeros is not None:
             values.insert(ZEROS, factors.zeros.prior())
-        solution = optimize(graph, values, self.config)
+        solution = Solution(values, iterations=0, error=0.0)
+        if not graph.empty():
+            solution = optimize(graph, values, self.config)
         moved = not solution.values.atPose3(OBJECT).equals(start, 0.0)
         return self._fit(factors, solution, moved)
 
     def _fit(self, factors: FrameFactors, solution: Solution, moved: bool) -> Fit:
-        log_theta = (
-            self.config.log_theta_vis_mem if self.config.memory else self.config.log_theta_vis
-        )
-        weight = visual_weight(factors, solution.values, log_theta)
+        weight = visual_weight(factors, solution.values, self.config.visual_log_theta)
         return Fit(factors, *solution, moved, weight)
 
-    def _estimate(
-        self, frame: Frame, fit: Fit, prior: CalibrationPrior, expected: Expectation | None
-    ) -> Estimate:
+    def _estimate(self, frame: Frame, mode: Mode, solved: Solved) -> Estimate:
         """What is known where the solver ended."""
-        seen = None if frame.T_ho_visual is None else frame.T_wh.compose(frame.T_ho_visual)
-        information = frame_information(fit.factors, fit.values, prior, seen)
-        knowledge = fused(information) if expected is None else expected.posterior(information)
-        if expected is not None:
-            self._memory.keep(frame.time, fit.T_ho, knowledge)
-        contacts = fit.factors.pads.everywhere(fit.T_ho)
+        fit, knowledge = solved.fit, solved.knowledge
+        distances, points_w = self._pads_at(frame, fit)
         return Estimate(
             time=frame.time,
             T_wo=frame.T_wh.compose(fit.T_ho),
-            covariance=knowledge.covariance(prior),
-            status=status_of(fit, knowledge.information),
+            covariance=knowledge.covariance(self._calibration_prior(frame)),
+            status=status_of(fit, knowledge.information, self.config),
+            faults=frame.faults,
+            mode=mode if self.config.memory else None,
+            events=(),
             iterations=fit.iterations,
             error=fit.error,
             visual_weight=fit.visual_weight,
-            pad_distances=contacts.distances,
-            pad_weights=self._pad_weights(contacts.distances, frame.touching),
-            contact_points_w=_moved(frame.T_wh, fit.factors.pads.points_h(contacts)),
+            pad_distances=distances,
+            pad_weights=self._pad_weights(distances, frame.touching),
+            contact_points_w=points_w,
         )
+
+    def _pads_at(self, frame: Frame, fit: Fit) -> tuple[np.ndarray, np.ndarray]:
+        """Distances of all pads [m], (K,), and closest points in the world, (K, 3); NaN where pads are not known."""
+        if not frame.pads_known:
+            count = len(self.hand)
+            return np.full(count, np.nan), np.full((count, 3), np.nan)
+        contacts = fit.factors.pads.everywhere(fit.T_ho)
+        return contacts.distances, _moved(frame.T_wh, fit.factors.pads.points_h(contacts))
 
     def _pad_weights(self, distances: np.ndarray, touching: np.ndarray) -> np.ndarray:
         if "tac" not in self.config.method:
             return np.zeros(len(distances))
         squared = self.config.w_tac * np.square(np.maximum(distances, 0.0))
-        return touching * welsch_weight(squared, self.config.log_theta_tac)
+        weights = touching * welsch_weight(squared, self.config.log_theta_tac)
+        return np.nan_to_num(weights)  # type: ignore[no-any-return]
 
     def _without_solving(self, frame: Frame, status: Status) -> Estimate:
         """The last pose, with nothing known about it this frame."""
@@ -215,6 +295,9 @@ class PoseEstimator:
             T_wo=self._last_T_wo(),
             covariance=covariance_of(np.zeros((6, 6))),
             status=status,
+            faults=frame.faults,
+            mode=None,
+            events=(),
             iterations=0,
             error=math.nan,
             visual_weight=0.0,
@@ -224,9 +307,9 @@ class PoseEstimator:
         )
 
     def _last_T_wo(self) -> gtsam.Pose3 | None:
-        if self._T_ho is None or self._hand is None:
+        if self._belief is None or self._hand is None:
             return self._T_wo_given
-        return self._hand.T_wh.compose(self._T_ho)
+        return self._hand.T_wh.compose(self._belief.T_ho)
 
     def _warm_up(self) -> None:
         """Run one frame, so that whatever is compiled is compiled before the first real one."""

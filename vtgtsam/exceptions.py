@@ -5,6 +5,8 @@ A wrong argument is a ``ValueError`` as everywhere in Python; the classes here a
 outside the program (files, meshes, hand descriptions) or from a factor's own callback.
 """
 
+from .faults.words import JOINTS_NOT_FINITE
+
 
 class VtgtsamError(Exception):
     """Base of all errors this package raises for its callers to catch."""
@@ -31,4 +33,12 @@ class FactorError(VtgtsamError):
 
 
 class NotFiniteError(ValueError):
-    """An angle or a pose is NaN or infinite: a matter of one frame, where other wrong arguments are the program's."""
+    """An angle or a pose is NaN or infinite: a matter of one frame, where other wrong arguments are the program's.
+
+    Attributes:
+        fault: What is not finite, in the words of ``Estimate.faults``.
+    """
+
+    def __init__(self, message: str, fault: str = JOINTS_NOT_FINITE) -> None:
+        super().__init__(message)
+        self.fault = fault

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from typing import NamedTuple
 
@@ -13,6 +12,12 @@ from numpy.typing import ArrayLike
 
 from .compiled import compiled_in_place
 from .exceptions import NotFiniteError
+from .faults.words import (
+    COVARIANCE_UNUSABLE,
+    HAND_POSE_NOT_FINITE,
+    PADS_NOT_FINITE,
+    VISION_NOT_FINITE,
+)
 from .hands.motion import hand_motion
 from .hands.pads import PadSet
 from .measurement import Measurement
@@ -44,11 +49,11 @@ class Frame(NamedTuple):
         time: Instant of the frame [s].
         touching: Which pads report contact, bool, shape (K,).
         T_wh: Pose of the hand in the world.
-        T_hp: Pad poses in the hand, shape (K, 4, 4).
+        T_hp: Pad poses in the hand, shape (K, 4, 4); NaN where they are not known.
         joints: Joint angles [rad], shape (J,), or None where the pads' poses were given.
         T_ho_visual: The visual pose, or None.
         visual_covariance: Its covariance, shape (6, 6), or None where the configured weight counts.
-        invalid: What is not finite, in words; empty where all is well.
+        faults: What cannot be used, in the fixed words of ``faults``.
     """
 
     time: float
@@ -58,7 +63,22 @@ class Frame(NamedTuple):
     joints: np.ndarray | None
     T_ho_visual: gtsam.Pose3 | None
     visual_covariance: np.ndarray | None
-    invalid: str
+    faults: tuple[str, ...] = ()
+
+    @property
+    def T_wo_visual(self) -> gtsam.Pose3 | None:
+        """The visual pose in the world, or None."""
+        return None if self.T_ho_visual is None else self.T_wh.compose(self.T_ho_visual)
+
+    @property
+    def pads_known(self) -> bool:
+        """Whether it is known where the pads are."""
+        return bool(np.isfinite(self.T_hp[0, 0, 0]))
+
+    def without_pads(self, fault: str) -> Frame:
+        """The frame with its hand's pads left out, and why."""
+        unknown = np.full_like(self.T_hp, np.nan)
+        return self._replace(T_hp=unknown, joints=None, faults=(*self.faults, fault))
 
 
 def check(
@@ -77,29 +97,31 @@ def check(
 
     Raises:
         ValueError: Something has the wrong shape or names, or is missing. What is merely not finite is a matter
-            of one frame, not of the program: it is named in ``Frame.invalid``.
+            of one frame, not of the program: it is left out and named in ``Frame.faults``.
     """
-    invalid = []
-    if not math.isfinite(measurement.time):
-        invalid.append("time")
+    faults = []
     touching = contact_bits(measurement.contacts, pads.pad_names)
     try:
         hand = hand_of(measurement, pads, before)
-    except NotFiniteError:
-        invalid.append("joints, T_wh or T_wp")
-        hand = Hand(_ORIGIN, np.full((len(pads), 4, 4), np.nan))
-    T_ho_visual = None
-    if measurement.T_wo_visual is not None:
-        require_pose(measurement.T_wo_visual, "T_wo_visual")
-        if not is_pose(measurement.T_wo_visual.matrix()):
-            invalid.append("T_wo_visual")
-        T_ho_visual = hand.T_wh.between(measurement.T_wo_visual)
-    covariance, name = _visual_covariance(measurement, use_visual_covariance)
+    except NotFiniteError as error:
+        faults.append(error.fault)
+        T_wh = gtsam.Pose3() if before is None else before.T_wh
+        if error.fault != HAND_POSE_NOT_FINITE and measurement.T_wh is not None:
+            T_wh = measurement.T_wh
+        hand = Hand(T_wh, np.full((len(pads), 4, 4), np.nan))
+    T_wo_visual = measurement.T_wo_visual
+    if T_wo_visual is not None:
+        require_pose(T_wo_visual, "T_wo_visual")
+        if not is_pose(T_wo_visual.matrix()):
+            faults.append(VISION_NOT_FINITE)
+            T_wo_visual = None
+    covariance = _visual_covariance(measurement, use_visual_covariance)
     if covariance is not None and not _is_covariance(covariance):
-        invalid.append(name)
-    return Frame(
-        measurement.time, touching, *hand, T_ho_visual, covariance, invalid=", ".join(invalid)
-    )
+        faults.append(COVARIANCE_UNUSABLE)
+        covariance = None
+    T_ho_visual = None if T_wo_visual is None else hand.T_wh.between(T_wo_visual)
+    time = measurement.time
+    return Frame(time, touching, *hand, T_ho_visual, covariance, tuple(faults))
 
 
 def hand_of(measurement: Measurement, pads: PadSet, before: Hand | None = None) -> Hand:
@@ -116,14 +138,14 @@ def hand_of(measurement: Measurement, pads: PadSet, before: Hand | None = None) 
     if T_wh is not None:
         require_pose(T_wh, "T_wh")
         if not is_pose(T_wh.matrix()):
-            raise NotFiniteError("T_wh is not a finite pose")
+            raise NotFiniteError("T_wh is not a finite pose", HAND_POSE_NOT_FINITE)
     if measurement.T_wp is None:
         joints, T_hp = _pads_by_joints(measurement, pads)
         return Hand(gtsam.Pose3() if T_wh is None else T_wh, T_hp, joints)
     T_wp = _shaped(measurement.T_wp, (len(pads), 4, 4), "T_wp")
     if not is_pose(T_wp):
         if not np.abs(T_wp).max() < _FAR:
-            raise NotFiniteError("T_wp is not finite")
+            raise NotFiniteError("T_wp is not finite", PADS_NOT_FINITE)
         raise ValueError(
             "T_wp must hold poses: rotation orthonormal, last row 0 0 0 1; check for transposed matrices"
         )
@@ -148,16 +170,15 @@ def _pads_by_joints(measurement: Measurement, pads: PadSet) -> tuple[np.ndarray,
     return joints, pads.pad_transforms(joints)
 
 
-def _visual_covariance(measurement: Measurement, used: bool) -> tuple[np.ndarray | None, str]:
-    """The visual pose's own covariance in this frame, and the name of what gave it."""
+def _visual_covariance(measurement: Measurement, used: bool) -> np.ndarray | None:
+    """The visual pose's own covariance in this frame, shape (6, 6)."""
     if measurement.visual_sigma is not None:
         sigmas = _shaped(measurement.visual_sigma, (2,), "visual_sigma")
         sigmas = np.where(sigmas > 0, sigmas, np.nan)
-        return np.diag(np.repeat(np.square(sigmas), 3)), "visual_sigma"
+        return np.diag(np.repeat(np.square(sigmas), 3))
     if measurement.visual_covariance is not None and used:
-        covariance = _shaped(measurement.visual_covariance, (6, 6), "visual_covariance")
-        return covariance, "visual_covariance"
-    return None, ""
+        return _shaped(measurement.visual_covariance, (6, 6), "visual_covariance")
+    return None
 
 
 def _is_covariance(matrix: np.ndarray) -> bool:

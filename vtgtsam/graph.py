@@ -58,24 +58,24 @@ class FrameFactors(NamedTuple):
 
     def normal_equations(
         self, graph: gtsam.NonlinearFactorGraph, values: gtsam.Values
-    ) -> np.ndarray:
-        """J'J of a graph of these factors, the pose's rows first, shape (6 + J, 6 + J) or (6, 6).
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """J'J and -J'r of a graph of these factors, the pose's rows first, shape (6 + J, 6 + J) and (6 + J,).
 
-        Robust losses count with the weights that they leave.
+        Robust losses count with the weights that they leave. J is 0 where the joints' zeros are no unknown.
         """
         if graph.empty():
-            return np.zeros((6, 6))
+            return np.zeros((6, 6)), np.zeros(6)
         ordering = gtsam.Ordering()
         ordering.push_back(self.key)
         for other in graph.keyVector():
             if other != self.key:
                 ordering.push_back(other)
-        hessian: np.ndarray = graph.linearize(values).hessian(ordering)[0]
-        return hessian
+        H, b = graph.linearize(values).hessian(ordering)
+        return H, b
 
     def information(self, graph: gtsam.NonlinearFactorGraph, values: gtsam.Values) -> np.ndarray:
         """Information about the pose in a graph of these factors, other unknowns marginalized out, shape (6, 6)."""
-        H = self.normal_equations(graph, values)
+        H, _ = self.normal_equations(graph, values)
         if len(H) == 6:
             return H
         information: np.ndarray = H[:6, :6] - H[:6, 6:] @ np.linalg.solve(H[6:, 6:], H[6:, :6])
@@ -105,8 +105,8 @@ def build_graph(
     """
     config = EstimatorConfig() if config is None else config
     frame = check(measurement, closest.pads, config.use_visual_covariance)
-    if frame.invalid:
-        raise ValueError(f"the measurement is not finite: {frame.invalid}")
+    if frame.faults:
+        raise ValueError(f"the measurement cannot be used: {', '.join(frame.faults)}")
     return frame_factors(frame, closest, key, config).graph()
 
 
@@ -135,7 +135,7 @@ def frame_factors(
     if frame.T_ho_visual is not None:
         noise = visual_noise(frame, config, prior)
         factors = factors._replace(visual=visual_factor(key, frame.T_ho_visual, noise))
-    if config.method == "vis":
+    if config.method == "vis" or not frame.pads_known:
         return factors
     zeros = None
     if prior is not None and prior.joints_uncertain and frame.joints is not None:
@@ -168,7 +168,7 @@ def visual_noise(
     frame: Frame, config: EstimatorConfig, prior: CalibrationPrior | None = None
 ) -> gtsam.noiseModel.Robust:
     """How sure a frame's visual pose is: its own covariance or the configured weights, and the camera's share."""
-    log_theta = config.log_theta_vis_mem if config.memory else config.log_theta_vis
+    log_theta = config.visual_log_theta
     if prior is None or not prior.camera_uncertain:
         if frame.visual_covariance is None:
             return welsch_of_norm(pose_noise(*config.visual_weights), log_theta)
@@ -177,8 +177,8 @@ def visual_noise(
     covariance = frame.visual_covariance
     if covariance is None:
         covariance = np.diag(1.0 / np.repeat(config.visual_weights, 3))
-    assert frame.T_ho_visual is not None
-    share = prior.camera_share(frame.T_wh.compose(frame.T_ho_visual))
+    assert frame.T_wo_visual is not None
+    share = prior.camera_share(frame.T_wo_visual)
     return welsch_of_norm(gtsam.noiseModel.Gaussian.Covariance(covariance + share), log_theta)
 
 

@@ -70,7 +70,7 @@ def frame_information(
 ) -> FrameInformation:
     """What a frame's factors say at the estimate; robust losses count with the weights they leave."""
     pull = np.zeros((6, len(prior.covariance)))
-    H = factors.normal_equations(factors.graph(), values)
+    H, _ = factors.normal_equations(factors.graph(), values)
     information = H[:6, :6]
     if len(H) > 6:  # the joints' zeros, with their prior, are the rest
         gain = np.linalg.solve(H[6:, 6:], H[6:, :6])

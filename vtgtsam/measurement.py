@@ -35,6 +35,8 @@ class Measurement:
         visual_covariance: Covariance of the visual pose, shape (6, 6), right perturbation, rotation [rad]
             first, then translation [m]. Takes the weight's place where the configuration says
             ``use_visual_covariance`` and no ``visual_sigma`` is given.
+        visual_time: Instant of the image that the visual pose is from [s]; ``time`` where None. A pose that is late is
+            fused at its own instant, up to half a second back.
     """
 
     time: float
@@ -45,3 +47,4 @@ class Measurement:
     T_wp: np.ndarray | None = None
     visual_sigma: tuple[float, float] | None = None
     visual_covariance: np.ndarray | None = None
+    visual_time: float | None = None

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-r"""What an estimator remembers: the last posterior, and for how long vision has been refused.
+r"""What an estimator remembers: the last posterior, and since when vision has been refused.
 
 Before a frame the last posterior is widened by the motion of the present mode and enters as one more factor,
 
@@ -19,104 +19,85 @@ from .config import EstimatorConfig, ModeSettings
 from .factors.motion import motion_factor, widened
 from .frame import Frame
 from .knowledge import FrameInformation, Knowledge, fused
-from .modes import Mode, ModeFilter, random_walk, repetitions
+from .modes import Mode, random_walk, repetitions
 
 
 class Belief(NamedTuple):
-    """What is believed after a frame.
+    """What is believed after a frame. A value: the estimator can go back to an earlier one.
 
     Attributes:
         time: The frame's instant [s].
         T_ho: Pose of the object in the hand.
-        knowledge: How sure that is.
+        knowledge: How sure that is; None where nothing is remembered but the pose.
+        refused_since: Instant [s] from which on vision has been refused; None where it is believed.
     """
 
     time: float
     T_ho: gtsam.Pose3
-    knowledge: Knowledge
+    knowledge: Knowledge | None = None
+    refused_since: float | None = None
 
 
 class Expectation(NamedTuple):
     """What the frames before say about the pose now.
 
     Attributes:
-        mode: How the object moves in the hand.
-        before: What was believed after the last frame; None in a first one.
+        T_ho: The last pose.
+        before: How sure it was.
         spread: How the pose may have moved since, a covariance (6, 6).
-        information: Lambda, about ``before.T_ho`` now, shape (6, 6).
+        information: Lambda, about ``T_ho`` now, shape (6, 6).
         repetitions: n, as one of how many frames that say the same this one counts.
     """
 
-    mode: Mode
-    before: Belief | None
+    T_ho: gtsam.Pose3
+    before: Knowledge
     spread: np.ndarray
     information: np.ndarray
     repetitions: float
 
     def factor(self, key: int) -> gtsam.PriorFactorPose3:
         """The motion factor on the pose ``key``."""
-        assert self.before is not None
-        return motion_factor(key, self.before.T_ho, self.repetitions * self.information)
+        return motion_factor(key, self.T_ho, self.repetitions * self.information)
 
     def posterior(self, frame: FrameInformation) -> Knowledge:
         """What is known after a frame that says so much."""
-        if self.before is None:
-            return fused(frame)
-        return fused(frame, self.information, self.before.knowledge, self.spread, self.repetitions)
-
-    def forgotten(self) -> Expectation:
-        """The same frame without what was before."""
-        return self._replace(before=None)
+        return fused(frame, self.information, self.before, self.spread, self.repetitions)
 
 
-class Memory:
-    """Carries the belief from frame to frame.
+def expectation(
+    before: Belief | None, time: float, mode: Mode, config: EstimatorConfig
+) -> Expectation | None:
+    """What to expect at an instant [s]; None where nothing is remembered."""
+    if before is None or before.knowledge is None:
+        return None
+    settings: ModeSettings = getattr(config, mode)
+    dt = time - before.time
+    spread = random_walk(settings, dt)
+    information = before.knowledge.information
+    if dt > 0.0:
+        information = widened(information, spread)
+    return Expectation(
+        before.T_ho, before.knowledge, spread, information, repetitions(settings, dt)
+    )
 
-    Args:
-        config: Modes and the restart rule.
 
-    Attributes:
-        belief: What is believed after the last frame; None before the first.
+def refused_since(
+    before: Belief | None, frame: Frame, visual_weight: float, config: EstimatorConfig
+) -> float | None:
+    """Instant [s] from which on vision has been refused, this frame included; None where it is believed.
+
+    A frame without a visual pose says nothing: what was so stays so.
     """
+    since = None if before is None else before.refused_since
+    if frame.T_ho_visual is None:
+        return since
+    if visual_weight >= config.refused_weight:
+        return None
+    return frame.time if since is None else since
 
-    def __init__(self, config: EstimatorConfig) -> None:
-        self._config = config
-        self._modes = ModeFilter(config)
-        self._refused_since: float | None = None
-        self.belief: Belief | None = None
 
-    def expect(self, frame: Frame) -> Expectation:
-        """What to expect of a frame before it is solved."""
-        mode = self._modes.mode(frame.time, frame.touching, frame.T_hp)
-        settings: ModeSettings = getattr(self._config, mode)
-        before = self.belief
-        if before is None:
-            return Expectation(mode, None, np.zeros((6, 6)), np.zeros((6, 6)), 1.0)
-        dt = max(0.0, frame.time - before.time)
-        spread = random_walk(settings, dt)
-        information = before.knowledge.information
-        if dt > 0.0:
-            information = widened(information, spread)
-        return Expectation(mode, before, spread, information, repetitions(settings, dt))
-
-    def refuses(self, frame: Frame, visual_weight: float) -> bool:
-        """Whether vision has been refused for so long that it may be right after all."""
-        if frame.T_ho_visual is None:
-            return False  # it says nothing: neither refused nor believed
-        if visual_weight >= self._config.refused_weight:
-            self._refused_since = None
-            return False
-        if self._refused_since is None:
-            self._refused_since = frame.time
-        return (
-            not frame.touching.any()
-            or frame.time - self._refused_since >= self._config.restart_after
-        )
-
-    def keep(self, time: float, T_ho: gtsam.Pose3, knowledge: Knowledge) -> None:
-        """Believe this from now on."""
-        self.belief = Belief(time, T_ho, knowledge)
-
-    def restarted(self) -> None:
-        """Vision has taken over: it is not refused any more."""
-        self._refused_since = None
+def may_take_over(frame: Frame, since: float | None, config: EstimatorConfig) -> bool:
+    """Whether vision has been refused for so long that it may be right after all; at once where nothing touches."""
+    if frame.T_ho_visual is None or since is None:
+        return False
+    return not frame.touching.any() or frame.time - since >= config.restart_after

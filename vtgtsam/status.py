@@ -9,6 +9,7 @@ from typing import NamedTuple
 import gtsam
 import numpy as np
 
+from .config import EstimatorConfig
 from .covariance import LEVER, all_held
 from .estimate import Status
 from .graph import FrameFactors
@@ -43,11 +44,16 @@ class Fit(NamedTuple):
         return self.values.atPose3(self.factors.key)
 
 
-def status_of(fit: Fit, information: np.ndarray) -> Status:
+def status_of(fit: Fit, information: np.ndarray, config: EstimatorConfig) -> Status:
     """Judge a solution; ``information`` (6, 6) is what is known of the pose there, memory included."""
-    if fit.visual_weight < REJECTED and not (held_by_hand(fit) or all_held(information, HELD)):
-        return "unobservable" if fit.factors.visual is None else "lost"
-    if fit.iterations and not fit.moved and newton_step_length(fit) > STALL:
+    seen = fit.factors.visual is not None
+    if config.method == "vis":
+        return "ok" if seen else "lost"
+    if fit.visual_weight < REJECTED and not (
+        held_by_hand(fit) or (config.memory and all_held(information, HELD))
+    ):
+        return "lost" if seen else "unobservable"
+    if not fit.moved and newton_step_length(fit) > STALL:
         return "stalled"
     return "ok"
 
@@ -71,5 +77,6 @@ def held_by_hand(fit: Fit) -> bool:
 
 def newton_step_length(fit: Fit) -> float:
     """Length of the Gauss-Newton step [m] of the frame's cost, a radian counted as ``LEVER``."""
-    step = fit.factors.graph().linearize(fit.values).optimizeDensely().at(fit.factors.key)
-    return math.hypot(*(step[:3] * LEVER), *step[3:])
+    H, b = fit.factors.normal_equations(fit.factors.graph(), fit.values)
+    step, *_ = np.linalg.lstsq(H, b, rcond=1e-6)
+    return math.hypot(*(step[:3] * LEVER), *step[3:6])

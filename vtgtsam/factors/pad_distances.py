@@ -16,8 +16,8 @@ from ..sdf.search import ClosestPoints, PadContacts
 class JointZeros(NamedTuple):
     """The joints' zeros as one more unknown of the pads' factors.
 
-    The joints are at q - dq. A pad's distance is phi_k + G_k dq, to first order about the pads as measured; G is that of
-    the pose at which the frame is begun, so that the factors' Jacobians are exact derivatives.
+    The joints are at q - dq. A pad's distance is phi_k + G_k dq, to first order about the pads as measured; G is that
+    of the pose at which the frame is begun, so that the factors' Jacobians are exact derivatives.
 
     Attributes:
         key: Key of dq, a vector of dimension J.

@@ -1,0 +1,89 @@
+# SPDX-License-Identifier: MIT
+"""The last half second of frames: where a visual pose that comes late is fused, at its own instant.
+
+An image is taken, sent and tracked before its pose arrives, and the hand has moved since. The frame of the image's
+instant is solved again with the pose in it, from what was believed before it, and so are all frames after it.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from typing import NamedTuple
+
+import gtsam
+
+from .frame import Frame, Hand
+from .memory import Belief
+from .modes import Mode
+
+KEPT = 0.5  # [s]
+SAME = 1e-3  # [s], instants that are closer are the same frame's
+
+
+class Past(NamedTuple):
+    """A frame, and what was believed before it.
+
+    Attributes:
+        frame: The frame.
+        mode: How the object moved in the hand.
+        before: What was believed before it.
+    """
+
+    frame: Frame
+    mode: Mode
+    before: Belief | None
+
+
+class History:
+    """Frames in the order of their instants, none older than ``KEPT`` before the last."""
+
+    def __init__(self) -> None:
+        self._past: deque[Past] = deque()
+
+    def append(self, past: Past) -> None:
+        """Remember a frame, which is not earlier than the last one."""
+        self._past.append(past)
+        while self._past[0].frame.time < past.frame.time - KEPT:
+            self._past.popleft()
+
+    def hand_at(self, time: float, now: Hand, now_time: float) -> gtsam.Pose3 | None:
+        """Where the hand was at an instant [s], between its poses before and after; None where that is forgotten."""
+        after_time, after = now_time, now.T_wh
+        for past in reversed(self._past):
+            if past.frame.time <= time:
+                span = after_time - past.frame.time
+                share = (time - past.frame.time) / span if span > 0.0 else 0.0
+                return past.frame.T_wh.slerp(share, after)
+            after_time, after = past.frame.time, past.frame.T_wh
+        return None
+
+    def rewind(self, late: Frame, now: Belief | None) -> list[Past]:
+        """Take out the frames from a late one's instant on, the late visual pose in its place among them.
+
+        Args:
+            late: A visual pose and where the hand was at its instant; contacts and joints are not used.
+            now: What is believed after the last frame.
+
+        Returns:
+            The frames to solve again, in order; the first has what was believed before it.
+        """
+        again: list[Past] = []
+        while self._past and self._past[-1].frame.time > late.time - SAME:
+            again.insert(0, self._past.pop())
+        if again and abs(again[0].frame.time - late.time) <= SAME:
+            seen = again[0].frame._replace(
+                T_ho_visual=late.T_ho_visual, visual_covariance=late.visual_covariance
+            )
+            again[0] = again[0]._replace(frame=seen)
+        elif self._past:  # between two frames: contacts and joints as in the one before
+            earlier = self._past[-1].frame
+            between = earlier._replace(
+                time=late.time,
+                T_wh=late.T_wh,
+                T_ho_visual=late.T_ho_visual,
+                visual_covariance=late.visual_covariance,
+            )
+            mode = again[0].mode if again else self._past[-1].mode
+            before = again[0].before if again else now
+            again.insert(0, Past(between, mode, before))
+        return again
