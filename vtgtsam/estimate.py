@@ -9,10 +9,10 @@ from typing import Literal
 import gtsam
 import numpy as np
 
+from .faults.events import Event
 from .modes import Mode
 
 Status = Literal["ok", "waiting", "stalled", "unobservable", "contradicted", "lost", "invalid"]
-Event = Literal["grasped", "slipping", "dropped"]
 
 
 @dataclass(frozen=True, eq=False)

@@ -24,7 +24,7 @@ from .covariance import covariance_of
 from .estimate import Estimate, Status
 from .factors.noise import welsch_weight
 from .faults.watch import Watch
-from .faults.words import TIME_WENT_BACK, VISION_TOO_LATE
+from .faults.words import HAND_FROZEN, TIME_WENT_BACK, VISION_TOO_LATE
 from .frame import Frame, Hand, check, require_finite_pose
 from .graph import FrameFactors, frame_factors
 from .hands.pads import PadSet
@@ -36,7 +36,8 @@ from .modes import Mode, ModeFilter
 from .objects import ObjectModel
 from .offsets import CalibrationPrior
 from .optimize import Solution, optimize
-from .sdf.search import ClosestPoints, closest_on_pads
+from .sdf.search import ClosestPoints
+from .sdf.search.compiled_search import closest_on_pads
 from .status import Fit, is_lost, status_of, visual_weight
 
 OBJECT = X(0)  # key of T_ho
@@ -101,7 +102,7 @@ class PoseEstimator:
         self._belief: Belief | None = None  # after the last frame
         self._history = History()
         self._modes = ModeFilter(self.config)
-        self._watch = Watch(self.hand, self.config)
+        self._watch = Watch(self.hand, self.obj.sdf, self.config)
         self._prior: CalibrationPrior | None = None  # known once the hand is seen
 
     def update(self, measurement: Measurement) -> Estimate:
@@ -121,9 +122,12 @@ class PoseEstimator:
         frame = self._watch.before(frame)
         if self._belief is not None and frame.time < self._belief.time:
             return self._out_of_order(frame)
+        if HAND_FROZEN in frame.faults and frame.T_ho_visual is not None:
+            self._belief = None  # it was about another hand
         if measurement.visual_time is not None:
             frame = self._fuse_late(frame, measurement.visual_time)
-        self._hand = Hand(frame.T_wh, frame.T_hp, frame.joints)
+        if frame.pads_known:
+            self._hand = Hand(frame.T_wh, frame.T_hp, frame.joints)
         mode = self._modes.mode(frame.time, frame.touching, frame.T_hp)
         solved = self._step(frame, mode, self._belief)
         self._history.append(Past(frame, mode, self._belief))

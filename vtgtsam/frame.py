@@ -75,10 +75,9 @@ class Frame(NamedTuple):
         """Whether it is known where the pads are."""
         return bool(np.isfinite(self.T_hp[0, 0, 0]))
 
-    def without_pads(self, fault: str) -> Frame:
-        """The frame with its hand's pads left out, and why."""
-        unknown = np.full_like(self.T_hp, np.nan)
-        return self._replace(T_hp=unknown, joints=None, faults=(*self.faults, fault))
+    def without_pads(self) -> Frame:
+        """The frame with its hand's pads left out."""
+        return self._replace(T_hp=np.full_like(self.T_hp, np.nan), joints=None)
 
 
 def check(

@@ -133,7 +133,7 @@ def frame_factors(
     pads = PadDistances(closest, frame.T_hp, frame.touching)
     factors = FrameFactors(key, pads)
     if frame.T_ho_visual is not None:
-        noise = visual_noise(frame, config, prior)
+        noise: gtsam.noiseModel.Base = visual_noise(frame, config, prior)
         factors = factors._replace(visual=visual_factor(key, frame.T_ho_visual, noise))
     if config.method == "vis" or not frame.pads_known:
         return factors

@@ -42,6 +42,8 @@ class ModeFilter:
 
     def mode(self, time: float, touching: np.ndarray, T_hp: np.ndarray) -> Mode:
         """The mode at an instant [s], from contact bits (K,) and pad poses in the hand (K, 4, 4)."""
+        if not np.isfinite(T_hp[0, 0, 0]):
+            return "moving"  # it is not known what the hand does
         speed = self._speed(time, T_hp[:, :3, 3])
         count = np.count_nonzero(touching)
         if count == 0:

@@ -1,0 +1,71 @@
+# SPDX-License-Identifier: MIT
+"""Are the hand's joints those of now? Angles out of range or in degrees, and a hand that is frozen."""
+
+from __future__ import annotations
+
+import gtsam
+import numpy as np
+
+from ..frame import Frame
+from ..hands.pads import PadSet
+from .words import HAND_FROZEN, JOINTS_DEGREES, JOINTS_OUT_OF_RANGE
+
+BEYOND = 0.35  # [rad] or [m], beyond a joint's limits: more than a zero that is off
+DEGREES = 7.0  # no joint of a hand turns by more than a turn [rad]
+FROZEN = 0.25  # [s]
+SEEN_MOVING = 0.008  # [m]
+SEEN_TURNING = np.deg2rad(8.0)  # [rad]
+
+
+class HandWatch:
+    """Watches joints and the hand's pose.
+
+    Args:
+        hand: The hand; one without kinematics has no joints to watch.
+    """
+
+    def __init__(self, hand: PadSet) -> None:
+        model = getattr(hand, "model", None)
+        self._range = None
+        if model is not None:
+            limited = model.jnt_limited.astype(bool)
+            lower = np.where(limited, model.jnt_range[:, 0], -np.inf)
+            upper = np.where(limited, model.jnt_range[:, 1], np.inf)
+            self._range = lower - BEYOND, upper + BEYOND
+        self._still: tuple[float, Frame] | None = None  # since when the hand's numbers are the same
+        self._seen: gtsam.Pose3 | None = None  # the visual pose then
+
+    def before(self, frame: Frame, vision_jumped: bool) -> tuple[Frame, tuple[str, ...]]:
+        """The frame, without pads that are somewhere else, and what is wrong."""
+        if not frame.pads_known:
+            return frame, ()
+        fault = self._out_of_range(frame.joints) or self._frozen(frame, vision_jumped)
+        return (frame, ()) if fault is None else (frame.without_pads(), (fault,))
+
+    def _out_of_range(self, joints: np.ndarray | None) -> str | None:
+        if joints is None or self._range is None:
+            return None
+        lower, upper = self._range
+        if ((joints >= lower) & (joints <= upper)).all():
+            return None
+        return JOINTS_DEGREES if np.abs(joints).max() > DEGREES else JOINTS_OUT_OF_RANGE
+
+    def _frozen(self, frame: Frame, vision_jumped: bool) -> str | None:
+        """Whether the hand's numbers have not changed in any digit while the object is seen moving."""
+        if self._still is None or not _same_hand(frame, self._still[1]):
+            self._still, self._seen = (frame.time, frame), frame.T_wo_visual
+            return None
+        if self._seen is None or vision_jumped:
+            self._seen = frame.T_wo_visual
+        if self._seen is None or frame.T_wo_visual is None:
+            return None
+        if frame.time - self._still[0] < FROZEN:
+            return None
+        moved = self._seen.between(frame.T_wo_visual)
+        angle = np.linalg.norm(gtsam.Rot3.Logmap(moved.rotation()))
+        seen = np.linalg.norm(moved.translation()) > SEEN_MOVING or angle > SEEN_TURNING
+        return HAND_FROZEN if seen else None
+
+
+def _same_hand(a: Frame, b: Frame) -> bool:
+    return np.array_equal(a.T_hp, b.T_hp) and a.T_wh.equals(b.T_wh, 0.0)
