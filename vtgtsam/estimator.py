@@ -24,7 +24,7 @@ from .covariance import covariance_of
 from .estimate import Estimate, Status
 from .factors.noise import welsch_weight
 from .faults.watch import Watch
-from .faults.words import HAND_FROZEN, TIME_WENT_BACK, VISION_TOO_LATE
+from .faults.words import HAND_FROZEN, TIME_WENT_BACK, VISION_JUMPS, VISION_TOO_LATE
 from .frame import Frame, Hand, check, require_finite_pose
 from .graph import FrameFactors, frame_factors
 from .hands.pads import PadSet
@@ -42,6 +42,8 @@ from .status import Fit, is_lost, status_of, visual_weight
 
 OBJECT = X(0)  # key of T_ho
 ZEROS = Q(0)  # key of the joints' zeros dq
+
+JUMP_MUST_EXPLAIN = 0.3  # share of the cost that a pose after a jump may have to be believed while the object is held
 
 logger = logging.getLogger(__name__)
 
@@ -203,7 +205,10 @@ class PoseEstimator:
         if expected is None or not may_take_over(frame, refused, self.config):
             return fit, expected
         alone = self._solved(factors, factors.graph(), frame.T_ho_visual)
-        if frame.touching.any() and alone.error >= factors.graph().error(fit.values):
+        needed = factors.graph().error(fit.values)
+        if VISION_JUMPS in frame.faults and mode == "held":
+            needed *= JUMP_MUST_EXPLAIN  # what is held does not jump: touch must speak for it
+        if frame.touching.any() and alone.error >= needed:
             return fit, expected
         logger.info("t = %s: vision was refused for long, starting again from it", frame.time)
         return alone, None

@@ -22,14 +22,20 @@ def turn(angle):
     return about.compose(turned).compose(about.inverse())
 
 
-def grasp(count=90, noise=1.0, seed=0, turning=0.0):
-    """A lump held by 12 pads: (pads, object, measurements, true poses); the hand turns at ``turning`` [rad/s]."""
+def grasp(count=90, noise=1.0, seed=0, turning=0.0, away=0.0):
+    """(pads, object, measurements, true poses) of a lump that 12 pads hold, or stand ``away`` [m] from.
+
+    The hand turns at ``turning`` [rad/s].
+    """
     rng = np.random.default_rng(seed)
     pads, T_hp = pads_around(1, count=12)
     obj = ObjectModel("lump", lump_sdf(1, 64))
     everything = np.ones(12, dtype=bool)
-    gaps = ClosestPoints(pads, obj.sdf).search(np.eye(4), T_hp, everything).distances
-    T_hp[:, :3, 3] += gaps[:, None] * T_hp[:, :3, 2]  # pads now touch, along their own normals
+    closest = ClosestPoints(pads, obj.sdf)
+    for _ in range(20):  # until the pads touch, along their own normals
+        gaps = closest.search(np.eye(4), T_hp, everything).distances
+        T_hp[:, :3, 3] += gaps[:, None] * T_hp[:, :3, 2]
+    T_hp[:, :3, 3] -= away * T_hp[:, :3, 2]
     frames, truth = [], []
     for n in range(count):
         T_wh = turn(turning * n * PERIOD)
@@ -51,7 +57,10 @@ def grasp(count=90, noise=1.0, seed=0, turning=0.0):
 def errors(estimates, truth):
     """Distance of each estimate from the truth [m]."""
     return np.array(
-        [np.linalg.norm(e.T_wo.translation() - T.translation()) for e, T in zip(estimates, truth)]
+        [
+            np.linalg.norm(e.T_wo.translation() - T.translation())
+            for e, T in zip(estimates, truth, strict=True)
+        ]
     )
 
 
@@ -68,8 +77,9 @@ def test_it_is_what_a_plain_estimator_does_and_the_papers_does_not():
 
 def test_jitter_averages_out_while_the_object_is_held():
     pads, obj, frames, truth = grasp()
-    with_memory = errors(run(pads, obj, frames), truth)[30:]
-    without = errors(run(pads, obj, frames, method="vis+tac+pen"), truth)[30:]
+    weak = {"w_tac": 1e4, "w_pen": 1e4}  # 1 cm: it is vision that tells
+    with_memory = errors(run(pads, obj, frames, **weak), truth)[30:]
+    without = errors(run(pads, obj, frames, method="vis+tac+pen", **weak), truth)[30:]
     assert np.median(with_memory) < 0.6 * np.median(without)
 
 
@@ -105,7 +115,7 @@ def test_vision_takes_over_at_once_where_nothing_touches():
 
 def test_a_pose_that_comes_late_is_fused_at_its_own_instant():
     """100 ms late while the hand turns by 0.8 rad/s: 8 cm per second at 0.1 m, 8 mm off if it were taken for now."""
-    pads, obj, frames, truth = grasp(turning=0.8, noise=0.2)
+    pads, obj, frames, truth = grasp(turning=0.8, noise=0.2, away=0.05)
     nothing = np.zeros(12, bool)  # no touch: only vision says where the object is
     late = 3
     delayed = []
@@ -181,7 +191,7 @@ def test_the_covariance_covers_the_error_of_a_tracker_that_is_as_noisy_as_it_say
     """Errors of 30 grasps at their ends; the tracker says its true sigma."""
     inside = []
     for seed in range(30):
-        pads, obj, frames, truth = grasp(count=25, noise=noise, seed=seed)
+        pads, obj, frames, truth = grasp(count=25, noise=noise, seed=seed, away=0.05)
         sigma = (SEEN[0] * noise, SEEN[1] * noise)
         frames = [replace(f, visual_sigma=sigma, contacts=np.zeros(12, bool)) for f in frames]
         estimate = run(pads, obj, frames)[-1]

@@ -28,7 +28,8 @@ def motion_factor(
     """
     eigenvalues, vectors = np.linalg.eigh(information)
     R = np.sqrt(np.maximum(eigenvalues, 0.0))[:, None] * vectors.T
-    return gtsam.PriorFactorPose3(key, T_ho_before, gtsam.noiseModel.Gaussian.SqrtInformation(R))
+    noise = gtsam.noiseModel.Gaussian.SqrtInformation(R, False)  # else GTSAM looks for sigmas in it
+    return gtsam.PriorFactorPose3(key, T_ho_before, noise)
 
 
 def widened(information: np.ndarray, spread: np.ndarray) -> np.ndarray:

@@ -8,13 +8,14 @@ import numpy as np
 
 from ..frame import Frame
 from ..hands.pads import PadSet
+from .lasting import Lasting
 from .words import HAND_FROZEN, JOINTS_DEGREES, JOINTS_OUT_OF_RANGE
 
 BEYOND = 0.35  # [rad] or [m], beyond a joint's limits: more than a zero that is off
 DEGREES = 7.0  # no joint of a hand turns by more than a turn [rad]
-FROZEN = 0.25  # [s]
-SEEN_MOVING = 0.008  # [m]
-SEEN_TURNING = np.deg2rad(8.0)  # [rad]
+SEEN_MOVING = 0.015  # [m], more than trackers jitter
+SEEN_TURNING = np.deg2rad(15.0)  # [rad]
+SEEN_FOR = 0.2  # [s]
 
 
 class HandWatch:
@@ -32,8 +33,9 @@ class HandWatch:
             lower = np.where(limited, model.jnt_range[:, 0], -np.inf)
             upper = np.where(limited, model.jnt_range[:, 1], np.inf)
             self._range = lower - BEYOND, upper + BEYOND
-        self._still: tuple[float, Frame] | None = None  # since when the hand's numbers are the same
+        self._still: Frame | None = None  # since then the hand's numbers are the same
         self._seen: gtsam.Pose3 | None = None  # the visual pose then
+        self._moves = Lasting(SEEN_FOR)
 
     def before(self, frame: Frame, vision_jumped: bool) -> tuple[Frame, tuple[str, ...]]:
         """The frame, without pads that are somewhere else, and what is wrong."""
@@ -52,19 +54,18 @@ class HandWatch:
 
     def _frozen(self, frame: Frame, vision_jumped: bool) -> str | None:
         """Whether the hand's numbers have not changed in any digit while the object is seen moving."""
-        if self._still is None or not _same_hand(frame, self._still[1]):
-            self._still, self._seen = (frame.time, frame), frame.T_wo_visual
+        if self._still is None or not _same_hand(frame, self._still):
+            self._still, self._seen = frame, frame.T_wo_visual
+            self._moves.holds(frame.time, False)
             return None
         if self._seen is None or vision_jumped:
             self._seen = frame.T_wo_visual
         if self._seen is None or frame.T_wo_visual is None:
             return None
-        if frame.time - self._still[0] < FROZEN:
-            return None
         moved = self._seen.between(frame.T_wo_visual)
         angle = np.linalg.norm(gtsam.Rot3.Logmap(moved.rotation()))
         seen = np.linalg.norm(moved.translation()) > SEEN_MOVING or angle > SEEN_TURNING
-        return HAND_FROZEN if seen else None
+        return HAND_FROZEN if self._moves.holds(frame.time, bool(seen)) else None
 
 
 def _same_hand(a: Frame, b: Frame) -> bool:

@@ -11,7 +11,8 @@ from .lasting import Lasting
 from .words import CONTACTS_INVERTED, NO_FIT, pad_disagrees, pad_flickers
 
 FAR = 0.008  # [m], a pad in contact is never so far from the object
-NEAR = 0.0015  # [m], a pad so near should touch
+NEAR = 0.003  # [m], a pad so near should touch
+MANY = 3  # pads that are far although they touch, more than half of all: no accident
 MISFIT = 0.004  # [m], gap or depth of most pads in contact that no joint zero explains
 DISAGREES = 0.25  # [s]
 FLICKERS = 15  # frames, in nearly all of which a bit changes
@@ -48,7 +49,8 @@ class PadWatch:
         far = touching & (distances > FAR) if known else np.zeros_like(touching)
         near = ~touching & (distances < NEAR) if known else np.zeros_like(touching)
         count = np.count_nonzero(touching)
-        inverted = 2 * np.count_nonzero(far) > count and np.count_nonzero(near) > 1
+        many = np.count_nonzero(far)
+        inverted = many >= MANY and 2 * many > count and np.count_nonzero(near) > 1
         if self._inverted.holds(time, inverted):
             return (*faults, CONTACTS_INVERTED)
         held = [watch.holds(time, bool(far[k])) for k, watch in enumerate(self._far)]

@@ -11,13 +11,15 @@ from ..sdf.grid import GridSdf
 from .lasting import Lasting
 from .words import VISION_FAR, VISION_JUMPS, VISION_MILLIMETRES, VISION_REPEATS
 
-REPEATED = 0.2  # [s], a tracker whose numbers stay the same to the last digit for so long has stopped
+REPEATED = (
+    0.2  # [s], a tracker whose numbers stay the same to the last digit for so long has stopped
+)
 FAR_AWAY = 5.0  # [m] from the hand: no object that it holds
 WITHIN_REACH = 1.5  # [m] from the hand, after metres were made of millimetres
 JUMP = 0.04  # [m]
 TURN = np.deg2rad(60.0)  # [rad]
 TOGETHER = 0.2  # [s], poses further apart in time do not jump, they go on
-NAMED_FOR = 0.5  # [s], for how long a jump is named
+NAMED_FOR = 0.7  # [s], for how long a jump is named: longer than it takes vision to take over
 TOUCHED = 0.01  # [m], a touching pad that is farther away than this touches something else
 DENIED = 0.15  # [s]
 

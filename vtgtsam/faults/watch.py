@@ -6,6 +6,8 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from ..config import EstimatorConfig
 from ..frame import Frame
 from ..hands.pads import PadSet
@@ -35,14 +37,19 @@ class Watch:
 
     def __init__(self, hand: PadSet, sdf: GridSdf, config: EstimatorConfig) -> None:
         self._config = config
+        self._touching = np.zeros(len(hand), dtype=bool)
         self._vision = VisionWatch(sdf)
         self._hand = HandWatch(hand)
         self._pads = PadWatch(hand.pad_names)
         self._events = EventWatch()
         self._contradicted = Lasting(CONTRADICTED)
+        self._inverted = False  # in the last frame
 
     def before(self, frame: Frame) -> Frame:
         """The frame, without what is known to be wrong before it is solved."""
+        self._touching = frame.touching  # as the pads say
+        if self._inverted:  # whatever they say is not what touches
+            frame = frame._replace(touching=np.zeros_like(frame.touching))
         frame, of_vision = self._vision.before(frame)
         frame, of_hand = self._hand.before(frame, self._vision.jumped_lately(frame.time))
         return frame._replace(faults=(*frame.faults, *of_vision, *of_hand))
@@ -60,18 +67,19 @@ class Watch:
             faults += self._vision.after(frame, refused, frame.touching, points_h)
         believed = estimate.status == "ok"
         faults += self._pads.after(
-            frame.time, frame.touching, estimate.pad_distances, believed and frame.pads_known
+            frame.time, self._touching, estimate.pad_distances, believed and frame.pads_known
         )
+        self._inverted = CONTACTS_INVERTED in faults
         events = ()
         if estimate.mode is not None:
             T_ho = frame.T_wh.between(estimate.T_wo)
             events = self._events.after(frame.time, estimate.mode, T_ho)
-        status = self._status(frame, estimate, refused, CONTACTS_INVERTED in faults)
+        status = self._status(frame, estimate, refused)
         return replace(estimate, faults=tuple(faults), events=events, status=status)
 
-    def _status(self, frame: Frame, estimate: Estimate, refused: bool, inverted: bool) -> Status:
+    def _status(self, frame: Frame, estimate: Estimate, refused: bool) -> Status:
         weights = estimate.pad_weights[frame.touching]
         denied = len(weights) > 1 and frame.pads_known and bool((weights < REJECTED).all())
-        against = denied or inverted or (refused and estimate.mode == "held")
+        against = denied or self._inverted or (refused and estimate.mode == "held")
         contradicted = self._contradicted.holds(frame.time, against)
         return "contradicted" if contradicted and estimate.status == "ok" else estimate.status
