@@ -140,7 +140,7 @@ def hand_of(measurement: Measurement, pads: PadSet, before: Hand | None = None) 
             raise NotFiniteError("T_wh is not a finite pose", HAND_POSE_NOT_FINITE)
     if measurement.T_wp is None:
         joints, T_hp = _pads_by_joints(measurement, pads)
-        return Hand(gtsam.Pose3() if T_wh is None else T_wh, T_hp, joints)
+        return Hand(_ORIGIN if T_wh is None else T_wh, T_hp, joints)
     T_wp = _shaped(measurement.T_wp, (len(pads), 4, 4), "T_wp")
     if not is_pose(T_wp):
         if not np.abs(T_wp).max() < _FAR:
