@@ -5,7 +5,7 @@ import gtsam
 import numpy as np
 from reference import Problem, exp_se3
 
-from vtgtsam import GridSdf, Measurement, ObjectModel, Pad, PadSet
+from vtgtsam import EstimatorConfig, GridSdf, Measurement, ObjectModel, Pad, PadSet
 
 HALF = 0.06  # [m], half the side of the grids
 
@@ -87,3 +87,9 @@ def as_reference(pads, obj, measurement, config):
         log_theta_vis=config.log_theta_vis,
         log_theta_tac=config.log_theta_tac,
     )
+
+
+def alone(**overrides):
+    """The recommended settings for a frame by itself, and for a robot that is perfectly calibrated."""
+    exact = {"joint_sigma": 0.0, "camera_sigma": (0.0, 0.0), "pad_sigma": 0.0}
+    return EstimatorConfig(**({"method": "vis+tac+pen"} | exact | overrides))

@@ -11,6 +11,7 @@ own: windows of frames, several objects, other factors.
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import gtsam
@@ -105,8 +106,9 @@ def build_graph(
     """
     config = EstimatorConfig() if config is None else config
     frame = check(measurement, closest.pads, config.use_visual_covariance)
-    if frame.faults:
-        raise ValueError(f"the measurement cannot be used: {', '.join(frame.faults)}")
+    faults = frame.faults if math.isfinite(frame.time) else ("time not finite", *frame.faults)
+    if faults:
+        raise ValueError(f"the measurement cannot be used: {', '.join(faults)}")
     return frame_factors(frame, closest, key, config).graph()
 
 

@@ -49,6 +49,8 @@ def levenberg_marquardt(
 def _parameters(damping: float, iterations: int) -> gtsam.LevenbergMarquardtParams:
     parameters = gtsam.LevenbergMarquardtParams()
     parameters.setlambdaInitial(damping)
+    # Weights are about 1e6: at GTSAM's own bound of 1e5 the damping would not shorten a step yet, and LM give up.
+    parameters.setlambdaUpperBound(1e9)
     parameters.setMaxIterations(iterations)
     # Costs can be squared metres: the default absolute tolerance of 1e-5 would stop millimetres away. A step that takes
     # a billionth of the cost away is some ten nanometres long, and the next ones would be rounding.

@@ -106,7 +106,10 @@ def test_a_config_cannot_be_changed():
         ),
         ("w_vis: [1, 2, 3]", "w_vis must be one number, or two: rotation and translation, got"),
         ("w_pen: .inf", "w_pen must be finite, got inf$"),
-        ("method: tac", "method must be 'vis', 'vis.pen' or 'vis.tac.pen', got 'tac'$"),
+        (
+            "method: tac",
+            "method must be 'vis', 'vis.pen', 'vis.tac.pen' or 'vis.tac.pen.mem', got 'tac'$",
+        ),
         ("- 3", "expected a mapping of setting to value, got a list"),
         ("a: [", "settings from .* is not valid YAML"),
     ],

@@ -2,7 +2,7 @@
 import gtsam
 import numpy as np
 import pytest
-from problems import as_reference, frame
+from problems import alone, as_reference, frame
 
 from vtgtsam import EstimatorConfig
 from vtgtsam.graph import build_graph
@@ -23,7 +23,7 @@ def problem(seed, config):
 
 @pytest.mark.parametrize("seed", range(5))
 def test_fixed_damping_takes_the_independent_implementations_steps(seed):
-    config = EstimatorConfig.tuned()
+    config = alone()
     graph, start, reference = problem(seed, config)
     for iterations in (1, 2, 5):
         solution = fixed_damping(graph, start, 300.0, iterations)
@@ -58,7 +58,7 @@ def test_small_costs_do_not_stop_it_early():
 
 
 def test_the_configuration_chooses_the_solver():
-    config = EstimatorConfig.tuned(solver="fixed-damping", iterations=3, damping=50.0)
+    config = alone(solver="fixed-damping", iterations=3, damping=50.0)
     graph, start, _ = problem(0, config)
     by_steps, by_config = fixed_damping(graph, start, 50.0, 3), optimize(graph, start, config)
     assert by_config.values.equals(by_steps.values, 0.0) and by_config.iterations == 3
