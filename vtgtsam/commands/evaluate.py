@@ -34,8 +34,12 @@ def evaluate(
         ),
     ],
     methods: Annotated[
-        str, typer.Option(help="Methods to compare, separated by commas.")
-    ] = "vis,vis+pen,vis+tac+pen",
+        str | None,
+        typer.Option(
+            help="Methods to compare, separated by commas. "
+            "[default: vis,vis+pen,vis+tac+pen,vis+tac+pen+mem; the first three with the paper's presets]"
+        ),
+    ] = None,
     config: Annotated[
         str, typer.Option(help="Preset (simulation, real_world, tuned) or YAML file.")
     ] = "tuned",
@@ -61,13 +65,15 @@ def evaluate(
     Interrupted, it goes on where it stopped when called again.
     """
     from ..evaluation.folder import in_use
-    from ..evaluation.methods import check_methods, load_config
+    from ..evaluation.methods import check_methods, default_methods, load_config
     from ..evaluation.printing import tables_text
     from ..evaluation.run import run
     from .progress import show_progress
     from .report import write_report
 
-    names = [name.strip() for name in methods.split(",")]
+    names = default_methods(config)
+    if methods is not None:
+        names = [name.strip() for name in methods.split(",")]
     try:
         check_methods(names)
     except ValueError as error:

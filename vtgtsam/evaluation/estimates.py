@@ -32,6 +32,9 @@ SCHEMA = pa.schema(
         *((name, pa.float64()) for name in POSE),  # null where there is no pose
         *((name, pa.float64()) for name in COVARIANCE),  # upper triangle, row by row
         ("status", pa.string()),
+        ("mode", pa.string()),  # null without memory
+        ("faults", pa.list_(pa.string())),
+        ("events", pa.list_(pa.string())),
         ("visual_weight", pa.float64()),
         ("contacts", pa.list_(pa.bool_())),  # in the order of the hand's pad names
     ]
@@ -59,6 +62,9 @@ def estimates_table(
         **_poses([estimate.T_wo for estimate in every]),
         **dict(zip(COVARIANCE, covariances[:, *np.triu_indices(6)].T, strict=True)),
         "status": [estimate.status for estimate in every],
+        "mode": [estimate.mode for estimate in every],
+        "faults": [list(estimate.faults) for estimate in every],
+        "events": [list(estimate.events) for estimate in every],
         "visual_weight": [estimate.visual_weight for estimate in every],
         "contacts": bits.tolist(),
     }

@@ -40,6 +40,13 @@ def stored_config(settings: Mapping[str, Any]) -> EstimatorConfig | None:
         return None
 
 
+def default_methods(config: str) -> list[str]:
+    """The methods to compare where none are named: all, or the paper's where the settings are the paper's."""
+    methods: tuple[str, ...] = get_args(Method)
+    paper = config in ("simulation", "real_world")
+    return [name for name in methods if not (paper and name.endswith("+mem"))]
+
+
 def method_configs(names: Iterable[str], config: EstimatorConfig) -> dict[str, EstimatorConfig]:
     """Each named method's configuration: ``config`` with its ``method`` replaced.
 

@@ -3,7 +3,7 @@
 
 As in the paper (section IV-F): Wilcoxon's signed-rank test on paired ADD-S values, two-sided. A sample is
 the median ADD-S of one sequence, or in dataset ``occ`` the mean of an object's runs (``units``). Holm's
-correction spans the tests that are read together:
+correction spans the tests that are read together, those with a method that has memory apart from the others (the paper's):
 
 - ``tests.csv``: all comparisons and phases of one condition (dataset, tracker, noise scale);
 - ``tests_time.csv``: all time steps of one comparison in one condition;
@@ -33,6 +33,7 @@ _RESULT = ("comparison", "unit", "n", "n_better", "statistic", "p", "p_holm", "e
 _DIFFERENCE = ("difference_mm", "difference_low_mm", "difference_high_mm")
 
 COLUMNS = (*CONDITION, "phase", *_RESULT[:-1], *_DIFFERENCE, "note")
+MEMORY = "+mem"  # in the name of a method that remembers
 TIME_COLUMNS = (*CONDITION, "time_start_s", "time_end_s", *_RESULT)
 NOISE_COLUMNS = (*CONDITION, "phase", *_RESULT)
 
@@ -190,7 +191,9 @@ def _difference(differences_mm: np.ndarray) -> dict[str, float]:
     return dict(zip(_DIFFERENCE, (quantile(differences_mm, 0.5), *interval), strict=True))
 
 
-def _add_holm(family: list[dict[str, Any]]) -> None:
-    tested = [test for test in family if "p" in test]
-    for test, corrected in zip(tested, holm(np.array([t["p"] for t in tested])), strict=True):
-        test["p_holm"] = float(corrected)
+def _add_holm(tests: list[dict[str, Any]]) -> None:
+    """Holm's correction in two families: the paper's comparisons, and those with a method that has memory."""
+    for memory in (False, True):
+        family = [t for t in tests if "p" in t and (MEMORY in t["comparison"]) == memory]
+        for test, corrected in zip(family, holm(np.array([t["p"] for t in family])), strict=True):
+            test["p_holm"] = float(corrected)

@@ -15,9 +15,10 @@ NAMED: dict[str, RGB] = {
     names.TRACKER: (213, 94, 0),
     "vis+pen": (204, 121, 167),
     "vis+tac+pen": (86, 180, 233),
-    names.LIVE: (86, 180, 233),
+    "vis+tac+pen+mem": (0, 114, 178),
+    names.LIVE: (0, 114, 178),
 }
-_OTHERS: tuple[RGB, ...] = ((240, 228, 66), (230, 159, 0), (0, 114, 178), (160, 160, 160))
+_OTHERS: tuple[RGB, ...] = ((240, 228, 66), (230, 159, 0), (160, 160, 160))
 
 FREE = np.array([150, 155, 165])  # a pad without contact
 DOUBTED = np.array([0, 114, 178])  # in contact, but the estimate does not count on it
