@@ -67,12 +67,12 @@ class Settings(TypedDict, total=False):
     w_pen: float
     recover: bool
     joint_sigma: float
-    camera_sigma: CameraSigma | tuple[float, float]
+    camera_sigma: CameraSigma
     pad_sigma: float
     log_theta_vis_mem: float
-    free: ModeSettings | tuple[float, float, float]
-    moving: ModeSettings | tuple[float, float, float]
-    held: ModeSettings | tuple[float, float, float]
+    free: ModeSettings
+    moving: ModeSettings
+    held: ModeSettings
     held_pads: int
     held_speed: float
     refused_weight: float
@@ -239,7 +239,7 @@ class EstimatorConfig(BaseModel):
     def to_yaml(self, path: str | Path) -> None:
         """Write all settings to a YAML file that ``from_yaml`` reads back equal."""
         settings = {
-            name: value._asdict() if isinstance(value, tuple) else value for name, value in self
+            name: value._asdict() if hasattr(value, "_asdict") else value for name, value in self
         }
         Path(path).write_text(yaml.safe_dump(settings, sort_keys=False), encoding="utf-8")
 
@@ -256,7 +256,7 @@ _PAPER: Settings = {
     "recover": False,
     "method": "vis+tac+pen",
     "joint_sigma": 0.0,
-    "camera_sigma": (0.0, 0.0),
+    "camera_sigma": CameraSigma(rotation=0.0, translation=0.0),
     "pad_sigma": 0.0,
 }
 _REAL_WORLD: Settings = {"iterations": 2, "log_theta_vis": -5.0, "log_theta_tac": -7.5}

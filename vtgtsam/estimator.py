@@ -169,9 +169,9 @@ class PoseEstimator:
     def _calibration_prior(self, frame: Frame) -> CalibrationPrior:
         """What is known of the robot's offsets; its camera turns about where the hand was first."""
         if self._prior is None:
-            joints = len(getattr(self.hand, "joint_names", ()))
+            units = getattr(self.hand, "zero_units", np.zeros(0))
             origin = frame.T_wh.translation()
-            self._prior = CalibrationPrior.of_config(self.config, joints, origin)
+            self._prior = CalibrationPrior.of_config(self.config, units, origin)
         return self._prior
 
     def _as_seen(self, frame: Frame, factors: FrameFactors, start: gtsam.Pose3) -> Fit:
@@ -204,6 +204,7 @@ class PoseEstimator:
         refused = refused_since(before, frame, fit.visual_weight, self.config)
         if expected is None or not may_take_over(frame, refused, self.config):
             return fit, expected
+        assert frame.T_ho_visual is not None
         alone = self._solved(factors, factors.graph(), frame.T_ho_visual)
         needed = factors.graph().error(fit.values)
         if VISION_JUMPS in frame.faults and mode == "held":

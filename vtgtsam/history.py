@@ -53,7 +53,8 @@ class History:
             if past.frame.time <= time:
                 span = after_time - past.frame.time
                 share = (time - past.frame.time) / span if span > 0.0 else 0.0
-                return past.frame.T_wh.slerp(share, after)
+                T_wh: gtsam.Pose3 = past.frame.T_wh.slerp(share, after)
+                return T_wh
             after_time, after = past.frame.time, past.frame.T_wh
         return None
 

@@ -56,7 +56,9 @@ class Knowledge(NamedTuple):
 
     def covariance(self, prior: CalibrationPrior) -> np.ndarray:
         """N + X P X', shape (6, 6), infinite along what nothing has measured."""
-        covariance = self.noise + self.sensitivity @ prior.covariance @ self.sensitivity.T
+        covariance: np.ndarray = (
+            self.noise + self.sensitivity @ prior.covariance @ self.sensitivity.T
+        )
         unmeasured = ~np.isfinite(covariance_of(self.information))
         covariance[unmeasured] = covariance_of(self.information)[unmeasured]
         return covariance

@@ -38,10 +38,17 @@ class CalibrationPrior:
 
     @classmethod
     def of_config(
-        cls, config: EstimatorConfig, joints: int, camera_origin: np.ndarray
+        cls, config: EstimatorConfig, zero_units: np.ndarray, camera_origin: np.ndarray
     ) -> CalibrationPrior:
-        """The prior that a configuration's sigmas say of a robot with so many joints."""
-        sigmas = np.repeat([*config.camera_sigma, config.joint_sigma], [3, 3, joints])
+        """The prior that a configuration's sigmas say of a robot.
+
+        Args:
+            config: The sigmas.
+            zero_units: ``HandModel.zero_units``, shape (J,); empty where joints are not known.
+            camera_origin: Where the camera's twist turns about, in the world [m], shape (3,).
+        """
+        of_camera = np.repeat(config.camera_sigma, 3)
+        sigmas = np.concatenate([of_camera, config.joint_sigma * zero_units])
         return cls(np.diag(np.square(sigmas)), camera_origin)
 
     def camera_jacobian(self, T_wo: gtsam.Pose3) -> np.ndarray:

@@ -101,7 +101,7 @@ def test_the_converted_bag_gives_the_same_errors(done):
     from vtgtsam import evaluate
 
     folder, _ = done
-    methods = ["vis", "vis+pen", "vis+tac+pen"]
+    methods = ["vis", "vis+pen", "vis+tac+pen", "vis+tac+pen+mem"]
     evaluate(folder / "soap.mcap", methods, "tuned", folder / "again")
     direct = pd.read_parquet(folder / "results" / "metrics.parquet")
     again = pd.read_parquet(folder / "again" / "metrics.parquet")

@@ -3,7 +3,7 @@
 
 As in the paper (section IV-F): Wilcoxon's signed-rank test on paired ADD-S values, two-sided. A sample is
 the median ADD-S of one sequence, or in dataset ``occ`` the mean of an object's runs (``units``). Holm's
-correction spans the tests that are read together, those with a method that has memory apart from the others (the paper's):
+correction spans the tests that are read together, those with a method that has memory apart from the paper's:
 
 - ``tests.csv``: all comparisons and phases of one condition (dataset, tracker, noise scale);
 - ``tests_time.csv``: all time steps of one comparison in one condition;

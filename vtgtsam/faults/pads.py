@@ -50,12 +50,13 @@ class PadWatch:
         near = ~touching & (distances < NEAR) if known else np.zeros_like(touching)
         count = np.count_nonzero(touching)
         many = np.count_nonzero(far)
-        inverted = many >= MANY and 2 * many > count and np.count_nonzero(near) > 1
+        inverted = bool(many >= MANY and 2 * many > count and np.count_nonzero(near) > 1)
         if self._inverted.holds(time, inverted):
             return (*faults, CONTACTS_INVERTED)
         held = [watch.holds(time, bool(far[k])) for k, watch in enumerate(self._far)]
         faults += [pad_disagrees(self._names[k]) for k in np.flatnonzero(held)]
-        misfit = known and count > 2 and float(np.median(np.abs(distances[touching]))) > MISFIT
+        gaps = np.abs(distances[touching])
+        misfit = bool(known and count > 2 and np.median(gaps) > MISFIT)
         if self._misfit.holds(time, misfit):
             faults.append(NO_FIT)
         return tuple(faults)

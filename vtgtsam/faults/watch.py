@@ -12,7 +12,7 @@ from ..config import EstimatorConfig
 from ..frame import Frame
 from ..hands.pads import PadSet
 from ..sdf.grid import GridSdf
-from .events import EventWatch
+from .events import Event, EventWatch
 from .hand import HandWatch
 from .lasting import Lasting
 from .pads import PadWatch
@@ -70,7 +70,7 @@ class Watch:
             frame.time, self._touching, estimate.pad_distances, believed and frame.pads_known
         )
         self._inverted = CONTACTS_INVERTED in faults
-        events = ()
+        events: tuple[Event, ...] = ()
         if estimate.mode is not None:
             T_ho = frame.T_wh.between(estimate.T_wo)
             events = self._events.after(frame.time, estimate.mode, T_ho)

@@ -69,6 +69,9 @@ def load_hand(name_or_path: str | Path) -> HandModel:
     return HandModel.from_mjcf(name_or_path)
 
 
+FINGER = 0.03  # [m], a slide is made as exactly as a hinge holds a link of this length
+
+
 class HandModel(PadSet):
     """A hand with joints and pads.
 
@@ -184,6 +187,12 @@ class HandModel(PadSet):
         T_hb[:, 3, 3] = 1.0
         T_hp: np.ndarray = T_hb @ self._T_bp
         return T_hp if T_wh is None else np.matmul(_matrix(T_wh), T_hp)
+
+    @property
+    def zero_units(self) -> np.ndarray:
+        """By how much joints' zeros are off per radian of a hinge's, shape (J,): 1 for hinges, [m/rad] for slides."""
+        hinge = self.model.jnt_type == mujoco.mjtJoint.mjJNT_HINGE
+        return np.where(hinge, 1.0, FINGER)
 
     def zero_jacobian(
         self,
