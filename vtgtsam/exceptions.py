@@ -28,6 +28,10 @@ class ConfigError(VtgtsamError):
     """A configuration file cannot be read or has a wrong value."""
 
 
+class CalibrationError(VtgtsamError):
+    """A calibration cannot be read, or is of another robot, or recordings cannot give one."""
+
+
 class FactorError(VtgtsamError):
     """A factor's callback broke the contract that GTSAM does not check itself."""
 

@@ -1,0 +1,109 @@
+# SPDX-License-Identifier: MIT
+"""A recorded grasp as the calibration uses it: few frames, each at the pose that memory gave it.
+
+A graph of contacts has many minima, so where it starts decides: at the poses of an estimator with memory. Visual poses
+that memory refused are left out, for a tracker that sits beside the object for seconds looks like a camera that is off.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import gtsam
+import numpy as np
+
+from ..estimator import PoseEstimator
+from ..frame import check
+from ..hands.model import HandModel
+from ..measurement import Measurement
+from ..objects import ObjectModel
+
+SPACING = 1 / 6  # [s], between keyframes
+BELIEVED = 0.3  # visual weight below which memory has refused a visual pose
+GAP = 2.5 * SPACING  # [s], between keyframes farther apart the object may have been anywhere
+
+
+class Keyframe(NamedTuple):
+    """One frame of a grasp, in which a pad touches.
+
+    Attributes:
+        time: Its instant [s].
+        joints: Joint angles as measured [rad], shape (J,).
+        touching: Which pads report contact, bool, shape (K,).
+        T_wh: Pose of the hand in the world.
+        T_ho: Pose of the object in the hand, as memory has it.
+        T_wo_visual: The visual pose as reported, or None where there is none or memory refused it.
+        visual_covariance: Its covariance, shape (6, 6), or None where it has none.
+    """
+
+    time: float
+    joints: np.ndarray
+    touching: np.ndarray
+    T_wh: gtsam.Pose3
+    T_ho: gtsam.Pose3
+    T_wo_visual: gtsam.Pose3 | None
+    visual_covariance: np.ndarray | None
+
+
+class Grasp(NamedTuple):
+    """A recorded grasp, or what is left of it.
+
+    Attributes:
+        name: What the recording is called.
+        hand: Its hand.
+        obj: Its object.
+        keyframes: In the order of time.
+        seen: Share of the frames that touch whose visual pose memory believed.
+        sigma: Median standard deviation of the estimated positions while a pad touches [m].
+    """
+
+    name: str
+    hand: HandModel
+    obj: ObjectModel
+    keyframes: list[Keyframe]
+    seen: float
+    sigma: float
+
+
+def grasp(
+    name: str, estimator: PoseEstimator, frames: Sequence[Measurement], raw: Sequence[Measurement]
+) -> Grasp:
+    """Track a recording with memory, and keep its keyframes.
+
+    Args:
+        name: What to call it.
+        estimator: One with memory, which has seen nothing yet.
+        frames: What it is to fuse, corrected by what is known of the robot.
+        raw: The same frames as they were recorded.
+    """
+    hand = estimator.hand
+    assert isinstance(hand, HandModel)
+    keyframes: list[Keyframe] = []
+    believed: list[bool] = []
+    spread: list[float] = []
+    for frame, measured in zip(frames, raw, strict=True):
+        estimate = estimator.update(frame)
+        checked = check(measured, hand)
+        if checked.invalid or estimate.T_wo is None or not checked.touching.any():
+            continue
+        believed.append(estimate.visual_weight >= BELIEVED)
+        spread.append(float(np.trace(estimate.covariance[3:, 3:])))
+        if keyframes and checked.time < keyframes[-1].time + SPACING - 1e-3:
+            continue
+        assert checked.joints is not None
+        T_wo_visual = measured.T_wo_visual if believed[-1] else None
+        keyframes.append(
+            Keyframe(
+                time=checked.time,
+                joints=checked.joints,
+                touching=checked.touching,
+                T_wh=checked.T_wh,
+                T_ho=checked.T_wh.between(estimate.T_wo),
+                T_wo_visual=T_wo_visual,
+                visual_covariance=checked.visual_covariance,
+            )
+        )
+    seen = float(np.mean(believed)) if believed else 0.0
+    sigma = float(np.sqrt(np.median(spread))) if spread else float("inf")
+    return Grasp(name, hand, estimator.obj, keyframes, seen, sigma)

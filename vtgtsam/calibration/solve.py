@@ -1,0 +1,126 @@
+# SPDX-License-Identifier: MIT
+r"""Solve for the offsets, and what each grasp says of them.
+
+Poses and contact offsets belong to one grasp each: solved out of its linearized factors, they leave information about
+the shared offsets c = (e, dq) alone,
+
+    1/2 (c - c0)' H_g (c - c0) - eta_g' (c - c0),
+
+and grasps add up: the posterior has the information P0^-1 + sum_g H_g.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import gtsam
+import numpy as np
+
+from ..config import EstimatorConfig
+from ..factors.known_offsets import known_offsets_factor
+from .graph import CAMERA, ZEROS, add_grasp
+from .keyframes import Grasp
+
+ITERATIONS = 30  # at most
+DONE = 1e-4  # relative decrease of the cost, which is in sigmas squared, below which the solver stops
+
+
+class Belief(NamedTuple):
+    """What is believed of the offsets.
+
+    Attributes:
+        mean: The camera's six, then the joints' zeros, shape (6 + J,).
+        covariance: Shape (6 + J, 6 + J).
+    """
+
+    mean: np.ndarray
+    covariance: np.ndarray
+
+
+class Said(NamedTuple):
+    """What one grasp says of the offsets, linearized at the solution.
+
+    Attributes:
+        information: H, shape (6 + J, 6 + J).
+        pull: eta, shape (6 + J,): where the grasp alone would rather have them, times H.
+        error: The cost of its factors there.
+        rows: How many residuals it has, each counted as often as it weighs.
+    """
+
+    information: np.ndarray
+    pull: np.ndarray
+    error: float
+    rows: float
+
+
+class Solved(NamedTuple):
+    """The offsets after all grasps.
+
+    Attributes:
+        belief: Their posterior.
+        said: What each grasp said.
+        values: All unknowns.
+        iterations: Steps taken.
+    """
+
+    belief: Belief
+    said: list[Said]
+    values: gtsam.Values
+    iterations: int
+
+
+def solve(
+    grasps: Sequence[Grasp],
+    prior: Belief,
+    start: np.ndarray,
+    camera_origin: np.ndarray,
+    config: EstimatorConfig,
+) -> Solved:
+    """Minimise the cost of all grasps and the prior.
+
+    Args:
+        grasps: What was recorded.
+        prior: What was known of the offsets before.
+        start: Where to start with them, shape (6 + J,).
+        camera_origin: The point that the camera's twist turns about, in the world [m], shape (3,).
+        config: As the estimator's that tracked the grasps.
+    """
+    graphs = []
+    values = gtsam.Values()
+    values.insert(CAMERA, start[:6])
+    values.insert(ZEROS, start[6:])
+    whole = gtsam.NonlinearFactorGraph()
+    whole.push_back(known_offsets_factor(CAMERA, ZEROS, prior.mean, prior.covariance))
+    for number, grasp in enumerate(grasps):
+        graph = gtsam.NonlinearFactorGraph()
+        add_grasp(graph, values, number, grasp, camera_origin, config)
+        whole.push_back(graph)
+        graphs.append(graph)
+    optimizer = gtsam.LevenbergMarquardtOptimizer(whole, values, _parameters())
+    values = optimizer.optimize()
+    said = [_said(graph, values) for graph in graphs]
+    information = np.linalg.inv(prior.covariance) + sum(each.information for each in said)
+    mean = np.concatenate([values.atVector(CAMERA), values.atVector(ZEROS)])
+    belief = Belief(mean, np.linalg.inv(information))
+    return Solved(belief, said, values, optimizer.iterations())
+
+
+def _said(graph: gtsam.NonlinearFactorGraph, values: gtsam.Values) -> Said:
+    """Solve a grasp's own unknowns out of its factors."""
+    linear = graph.linearize(values)
+    ordering = gtsam.Ordering()
+    for key in (CAMERA, ZEROS):
+        ordering.push_back(key)
+    H, eta = linear.marginal([CAMERA, ZEROS]).hessian(ordering)
+    return Said(H, eta, graph.error(values), 0.0)
+
+
+def _parameters() -> gtsam.LevenbergMarquardtParams:
+    parameters = gtsam.LevenbergMarquardtParams()
+    parameters.setMaxIterations(ITERATIONS)
+    parameters.setRelativeErrorTol(DONE)
+    parameters.setAbsoluteErrorTol(0.0)
+    parameters.setlambdaInitial(1e-4)
+    parameters.setDiagonalDamping(True)
+    return parameters
