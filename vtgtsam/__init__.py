@@ -10,6 +10,8 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from .calibration.calibrate import calibrate as calibrate
+    from .calibration.calibration import Calibration as Calibration
     from .config import EstimatorConfig as EstimatorConfig
     from .estimate import Estimate as Estimate
     from .estimator import PoseEstimator as PoseEstimator
@@ -34,6 +36,8 @@ if TYPE_CHECKING:
 __version__ = "0.1.0"
 
 _MODULES = {
+    "Calibration": "calibration.calibration",
+    "calibrate": "calibration.calibrate",
     "EstimatorConfig": "config",
     "Estimate": "estimate",
     "PoseEstimator": "estimator",

@@ -14,6 +14,7 @@ import typer
 
 from . import __version__
 from .commands.attach_vision import attach_vision
+from .commands.calibrate import calibrate
 from .commands.check_hand import check_hand, suggest_pads
 from .commands.check_mesh import check_mesh
 from .commands.convert import convert
@@ -34,6 +35,7 @@ app = typer.Typer(
 for command in (
     evaluate,
     report,
+    calibrate,
     inspect,
     view,
     convert,

@@ -18,6 +18,7 @@ import gtsam
 import numpy as np
 from gtsam.symbol_shorthand import Q, X
 
+from .calibration.calibration import Calibration
 from .compiled import on_disk
 from .config import EstimatorConfig
 from .covariance import covariance_of
@@ -72,21 +73,34 @@ class PoseEstimator:
         hand: The hand with its pads; a plain ``PadSet`` needs ``Measurement.T_wp`` in every frame.
         obj: The object with its distance field.
         config: Settings; the recommended ones, ``EstimatorConfig()``, where not given.
+        calibration: Where the robot's camera and its joints' zeros are. It corrects each measurement, and what it
+            leaves uncertain takes the place of the configured ``joint_sigma`` and ``camera_sigma``.
 
     Raises:
         ValueError: An argument is of another type.
+        CalibrationError: The calibration is another hand's.
     """
 
     def __init__(
-        self, hand: PadSet, obj: ObjectModel, config: EstimatorConfig | None = None
+        self,
+        hand: PadSet,
+        obj: ObjectModel,
+        config: EstimatorConfig | None = None,
+        calibration: Calibration | None = None,
     ) -> None:
         _require(hand, PadSet, "hand", "load_hand(name_or_path) or PadSet(pads) makes one")
         _require(obj, ObjectModel, "obj", "load_object(name_or_path) makes one")
         config = EstimatorConfig() if config is None else config
         _require(config, EstimatorConfig, "config", "EstimatorConfig.tuned() is one")
+        if calibration is not None:
+            _require(
+                calibration, Calibration, "calibration", "Calibration.from_yaml(path) reads one"
+            )
+            calibration.check_hand(hand)
         self.hand = hand
         self.obj = obj
         self.config = config
+        self.calibration = calibration
         self._closest = ClosestPoints(hand, obj.sdf)
         self.reset()
         self._warm_up()
@@ -118,6 +132,8 @@ class PoseEstimator:
                 program that made it.
         """
         _require(measurement, Measurement, "measurement", "Measurement(time, contacts, ...) is one")
+        if self.calibration is not None:
+            measurement = self.calibration.corrected(measurement)
         frame = check(measurement, self.hand, self.config.use_visual_covariance, self._hand)
         if not math.isfinite(frame.time):
             return self._without_solving(frame, "invalid")
@@ -168,6 +184,8 @@ class PoseEstimator:
 
     def _calibration_prior(self, frame: Frame) -> CalibrationPrior:
         """What is known of the robot's offsets; its camera turns about where the hand was first."""
+        if self.calibration is not None:
+            return self.calibration.prior
         if self._prior is None:
             units = getattr(self.hand, "zero_units", np.zeros(0))
             origin = frame.T_wh.translation()

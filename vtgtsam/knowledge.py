@@ -6,9 +6,10 @@ estimate is off by S^-1 B c. Over frames the estimate minimises (memory Lambda) 
 
     M = Lambda + S / n                              information with which the pose counts in the next frame
     X = M^-1 (Lambda X' + B / n)                    error of the estimate for each offset: it does not average out
-    N = M^-1 (Lambda N' Lambda + (S - B P B') / n) M^-1        what does
+    N = M^-1 (Lambda N' Lambda + (S - B P0 B') / n) M^-1        what does
 
-where X' and N' are those of the frame before, N' widened by the motion since. The covariance of the estimate is
+where P0 is P without the correlations of camera and joints, which a frame's weights leave out, and X' and N' are those
+of the frame before, N' widened by the motion since. The covariance of the estimate is
 
     N + X P X'.
 
@@ -33,7 +34,7 @@ class FrameInformation(NamedTuple):
     Attributes:
         information: S, shape (6, 6).
         pull: B, shape (6, 6 + J).
-        noise: S - B P B', the part of S^-1 B that noise has, shape (6, 6).
+        noise: S - B P0 B', the part of S^-1 B that noise has, shape (6, 6).
     """
 
     information: np.ndarray
@@ -81,7 +82,7 @@ def frame_information(
     if T_wo_visual is not None and factors.visual is not None and prior.camera_uncertain:
         of_visual = factors.visual.linearize(values).jacobian()[0]
         pull[:, :CAMERA] = of_visual.T @ of_visual @ prior.camera_jacobian(T_wo_visual)
-    noise = information - pull @ prior.covariance @ pull.T
+    noise = information - pull @ prior.apart @ pull.T
     return FrameInformation(information, pull, noise)
 
 

@@ -27,10 +27,18 @@ class CalibrationPrior:
     Args:
         covariance: P, of the camera's six first, then of the joints' zeros, shape (6 + J, 6 + J).
         camera_origin: Where the camera's twist turns about, in the world [m], shape (3,).
+
+    Attributes:
+        covariance: As given.
+        apart: The same without correlations between camera and joints, shape (6 + J, 6 + J): with so much a frame's
+            factors weigh vision and touch, each by itself.
+        camera_origin: As given.
     """
 
     def __init__(self, covariance: np.ndarray, camera_origin: np.ndarray) -> None:
         self.covariance = covariance
+        self.apart = covariance.copy()
+        self.apart[:CAMERA, CAMERA:] = self.apart[CAMERA:, :CAMERA] = 0.0
         self.camera_origin = camera_origin
         self.camera_uncertain = bool(covariance[:CAMERA, :CAMERA].any())
         self.joints_uncertain = bool(covariance[CAMERA:, CAMERA:].any())

@@ -15,15 +15,21 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import gtsam
 import numpy as np
 import yaml
 
 from ..exceptions import CalibrationError
+from ..frame import require_pose
 from ..measurement import Measurement
+from ..offsets import CalibrationPrior
 from .robot import Robot
+
+if TYPE_CHECKING:
+    from ..hands.pads import PadSet
+    from ..recording import Recording
 
 SYMMETRIC = 1e-6  # largest relative difference of two entries that should be equal
 
@@ -52,7 +58,11 @@ class Calibration:
 
     def __post_init__(self) -> None:
         size = 6 + len(self.joint_zeros)
-        for name, shape in (("camera", (6,)), ("camera_origin", (3,)), ("covariance", (size, size))):
+        for name, shape in (
+            ("camera", (6,)),
+            ("camera_origin", (3,)),
+            ("covariance", (size, size)),
+        ):
             array = np.array(getattr(self, name), dtype=np.float64)
             if array.shape != shape or not np.isfinite(array).all():
                 raise ValueError(f"{name} must be finite numbers of shape {shape}, got {array}")
@@ -88,6 +98,27 @@ class Calibration:
         return np.array(list(self.joint_zeros.values()))
 
     @cached_property
+    def prior(self) -> CalibrationPrior:
+        """What it leaves uncertain, about the corrected measurements."""
+        return CalibrationPrior(self.covariance, self.camera_origin)
+
+    def check_hand(self, hand: PadSet) -> None:
+        """Refuse another hand.
+
+        Raises:
+            CalibrationError: It is another one, or has no joints.
+        """
+        self.robot.check_hand(hand)
+
+    def check(self, recording: Recording) -> None:
+        """Refuse a recording of another hand or camera.
+
+        Raises:
+            CalibrationError: It is.
+        """
+        self.robot.check(recording)
+
+    @cached_property
     def _camera_back(self) -> gtsam.Pose3:
         """C(e)^-1."""
         about = gtsam.Pose3(gtsam.Rot3(), self.camera_origin)
@@ -98,16 +129,25 @@ class Calibration:
         """The measurement that a robot without these offsets would have made.
 
         Covariances of visual poses stay as they are: they are of the tracker, and of a right perturbation.
+
+        Raises:
+            ValueError: The visual pose is no ``gtsam.Pose3``, or there is another number of joints.
         """
         seen, joints = measurement.T_wo_visual, measurement.joints
         if seen is not None:
+            require_pose(seen, "T_wo_visual")
             seen = self._camera_back.compose(seen)
         if isinstance(joints, Mapping):
             joints = {
                 name: angle - self.joint_zeros.get(name, 0.0) for name, angle in joints.items()
             }
         elif joints is not None:
-            joints = np.asarray(joints, dtype=np.float64) - self.zeros
+            joints = np.asarray(joints, dtype=np.float64)
+            if joints.shape != self.zeros.shape:
+                raise ValueError(
+                    f"joints must be {len(self.zeros)} angles in joint_names' order, got shape {joints.shape}"
+                )
+            joints = joints - self.zeros
         return dataclasses.replace(measurement, T_wo_visual=seen, joints=joints)
 
     def to_yaml(self, path: str | Path) -> None:
@@ -116,12 +156,15 @@ class Calibration:
 
     def text(self) -> str:
         """As a YAML file has it."""
+        robot = self.robot.to_dict()
+        if "camera_pose" in robot:
+            robot["camera_pose"] = _Rows(robot["camera_pose"])
         content = {
-            **self.robot.to_dict(),
+            **robot,
             "camera": {
-                "rotation_rad": self.camera[:3].tolist(),
-                "translation_m": self.camera[3:].tolist(),
-                "about_m": self.camera_origin.tolist(),
+                "rotation_rad": _Row(self.camera[:3].tolist()),
+                "translation_m": _Row(self.camera[3:].tolist()),
+                "about_m": _Row(self.camera_origin.tolist()),
             },
             "joint_zeros_rad": {name: float(zero) for name, zero in self.joint_zeros.items()},
             "unseen": list(self.unseen),
@@ -151,7 +194,9 @@ class Calibration:
         except yaml.YAMLError as error:
             raise CalibrationError(f"{name} is no YAML: {error}") from error
         if not isinstance(content, dict):
-            raise CalibrationError(f"{name} is no calibration: expected a mapping, got {content!r:.60}")
+            raise CalibrationError(
+                f"{name} is no calibration: expected a mapping, got {content!r:.60}"
+            )
         try:
             return cls._of(content)
         except KeyError as error:
@@ -176,12 +221,18 @@ class Calibration:
 
 
 def _check_covariance(covariance: np.ndarray) -> None:
-    """Raise a ValueError for what is no covariance, which may be singular: an offset can be known exactly."""
+    """Raise a ValueError for what is no covariance."""
     scale = np.abs(covariance).max()
     if not np.allclose(covariance, covariance.T, rtol=SYMMETRIC, atol=SYMMETRIC * scale):
         raise ValueError("the covariance must be symmetric")
-    if np.linalg.eigvalsh(covariance)[0] < -SYMMETRIC * scale:
-        raise ValueError("the covariance must have no negative eigenvalue")
+    try:
+        np.linalg.cholesky(covariance)
+    except np.linalg.LinAlgError:
+        raise ValueError("the covariance must be positive definite") from None
+
+
+class _Row(list[float]):
+    """Numbers that YAML writes on one line."""
 
 
 class _Rows(list[list[float]]):
@@ -189,17 +240,18 @@ class _Rows(list[list[float]]):
 
 
 class _Dumper(yaml.SafeDumper):
-    """Knows matrices, and short lists on one line."""
+    """Knows both."""
 
 
-def _rows(dumper: yaml.SafeDumper, rows: _Rows) -> yaml.Node:
-    nodes = [
-        yaml.SequenceNode(
-            "tag:yaml.org,2002:seq", [dumper.represent_data(x) for x in row], flow_style=True
-        )
-        for row in rows
-    ]
-    return yaml.SequenceNode("tag:yaml.org,2002:seq", nodes, flow_style=False)  # type: ignore[arg-type]
+def _row(dumper: yaml.SafeDumper, row: list[float]) -> yaml.SequenceNode:
+    numbers = [dumper.represent_data(x) for x in row]
+    return yaml.SequenceNode("tag:yaml.org,2002:seq", numbers, flow_style=True)
 
 
+def _rows(dumper: yaml.SafeDumper, rows: _Rows) -> yaml.SequenceNode:
+    nodes = [_row(dumper, row) for row in rows]
+    return yaml.SequenceNode("tag:yaml.org,2002:seq", nodes, flow_style=False)
+
+
+_Dumper.add_representer(_Row, _row)
 _Dumper.add_representer(_Rows, _rows)

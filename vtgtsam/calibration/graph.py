@@ -5,9 +5,9 @@ r"""The graph that calibrates a robot: all grasps' keyframes, on one camera and 
     b_g         what the contacts of grasp g stand off its object's mesh, one number a pad
     T_ho(g, i)  pose of the object in the hand, in keyframe i of grasp g
 
-held together by visual poses (``seen_by_camera``), contacts (``offset_contacts``), pads that do not touch (``clearance``)
-and the object's slow motion in the hand (GTSAM's ``BetweenFactorPose3``). Neighbouring keyframes err alike, in vision
-longer than in touch, so each counts as one of several that say the same.
+held together by visual poses (``seen_by_camera``), contacts (``offset_contacts``), pads that do not touch
+(``clearance``) and the object's slow motion in the hand (GTSAM's ``BetweenFactorPose3``). Neighbouring keyframes err
+alike, in vision longer than in touch, so each counts as one of several that say the same.
 """
 
 from __future__ import annotations

@@ -66,26 +66,23 @@ class Grasp(NamedTuple):
     sigma: float
 
 
-def grasp(
-    name: str, estimator: PoseEstimator, frames: Sequence[Measurement], raw: Sequence[Measurement]
-) -> Grasp:
+def grasp(name: str, estimator: PoseEstimator, frames: Sequence[Measurement]) -> Grasp:
     """Track a recording with memory, and keep its keyframes.
 
     Args:
         name: What to call it.
-        estimator: One with memory, which has seen nothing yet.
-        frames: What it is to fuse, corrected by what is known of the robot.
-        raw: The same frames as they were recorded.
+        estimator: One with memory, which has seen nothing yet; it corrects what is known of the robot itself.
+        frames: What was recorded.
     """
     hand = estimator.hand
     assert isinstance(hand, HandModel)
     keyframes: list[Keyframe] = []
     believed: list[bool] = []
     spread: list[float] = []
-    for frame, measured in zip(frames, raw, strict=True):
-        estimate = estimator.update(frame)
+    for measured in frames:
+        estimate = estimator.update(measured)
         checked = check(measured, hand)
-        if checked.invalid or estimate.T_wo is None or not checked.touching.any():
+        if estimate.faults or estimate.T_wo is None or not checked.touching.any():
             continue
         believed.append(estimate.visual_weight >= BELIEVED)
         spread.append(float(np.trace(estimate.covariance[3:, 3:])))

@@ -13,7 +13,7 @@ import numpy as np
 from ..exceptions import CalibrationError
 
 if TYPE_CHECKING:
-    from ..hands.model import HandModel
+    from ..hands.pads import PadSet
     from ..recording import Recording
 
 # Two measurements of one camera's pose differ by less.
@@ -55,17 +55,22 @@ class Robot:
                 )
         return robot
 
-    def check_hand(self, hand: HandModel, whose: str = "this calibration") -> None:
+    def check_hand(self, hand: PadSet, whose: str = "this calibration") -> None:
         """Refuse another hand.
 
         Raises:
-            CalibrationError: The hand's or its joints' names differ.
+            CalibrationError: The hand's or its joints' names differ, or it has none.
         """
-        if hand.name != self.hand:
-            raise CalibrationError(f"{whose} is of hand {self.hand!r}, not of {hand.name!r}")
-        if hand.joint_names != self.joint_names:
-            mine, other = set(self.joint_names), set(hand.joint_names)
-            odd = sorted(mine ^ other) or list(hand.joint_names)
+        joint_names = getattr(hand, "joint_names", None)
+        if joint_names is None:
+            raise CalibrationError(
+                f"{whose} is of hand {self.hand!r}, whose joints it corrects; {hand!r} has none"
+            )
+        name = getattr(hand, "name", "")
+        if name != self.hand:
+            raise CalibrationError(f"{whose} is of hand {self.hand!r}, not of {name!r}")
+        if joint_names != self.joint_names:
+            odd = sorted(set(self.joint_names) ^ set(joint_names)) or list(joint_names)
             raise CalibrationError(
                 f"{whose} is of a hand {self.hand!r} with other joints: {', '.join(odd)}"
             )

@@ -23,7 +23,9 @@ from .graph import CAMERA, ZEROS, add_grasp
 from .keyframes import Grasp
 
 ITERATIONS = 30  # at most
-DONE = 1e-4  # relative decrease of the cost, which is in sigmas squared, below which the solver stops
+DONE = (
+    1e-4  # relative decrease of the cost, which is in sigmas squared, below which the solver stops
+)
 
 
 class Belief(NamedTuple):
@@ -45,13 +47,11 @@ class Said(NamedTuple):
         information: H, shape (6 + J, 6 + J).
         pull: eta, shape (6 + J,): where the grasp alone would rather have them, times H.
         error: The cost of its factors there.
-        rows: How many residuals it has, each counted as often as it weighs.
     """
 
     information: np.ndarray
     pull: np.ndarray
     error: float
-    rows: float
 
 
 class Solved(NamedTuple):
@@ -113,7 +113,7 @@ def _said(graph: gtsam.NonlinearFactorGraph, values: gtsam.Values) -> Said:
     for key in (CAMERA, ZEROS):
         ordering.push_back(key)
     H, eta = linear.marginal([CAMERA, ZEROS]).hessian(ordering)
-    return Said(H, eta, graph.error(values), 0.0)
+    return Said(H, eta, graph.error(values))
 
 
 def _parameters() -> gtsam.LevenbergMarquardtParams:

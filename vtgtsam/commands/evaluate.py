@@ -11,7 +11,7 @@ import typer
 if TYPE_CHECKING:
     from ..config import EstimatorConfig
 
-from .options import Hand, Object, ObjectResolution, ObjectSymmetry, Topics, object_given
+from .options import Calibration, Hand, Object, ObjectResolution, ObjectSymmetry, Topics, object_given
 
 SOME_FAILED = 3
 INTERRUPTED = 130  # 128 + SIGINT, as shells count
@@ -52,6 +52,7 @@ def evaluate(
     object: Object = None,
     resolution: ObjectResolution = None,
     symmetry: ObjectSymmetry = None,
+    calibration: Calibration = None,
     force: Annotated[
         bool,
         typer.Option(
@@ -93,6 +94,7 @@ def evaluate(
                 topics,
                 force,
                 progress=progress,
+                calibration=calibration,
             )
     except KeyboardInterrupt:
         typer.echo("vtgtsam: interrupted; the same call goes on where it stopped", err=True)

@@ -64,6 +64,10 @@ Hand = Annotated[
 Object = Annotated[
     str | None, typer.Option(help="Object instead of the recording's: a name or a mesh file.")
 ]
+Calibration = Annotated[
+    Path | None,
+    typer.Option(help="The robot's calibration, as `vtgtsam calibrate` writes it."),
+]
 ObjectResolution = Annotated[
     int | None,
     typer.Option(

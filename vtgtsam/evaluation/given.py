@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What a caller gives beside the recordings: another hand, another object, a topic map."""
+"""What a caller gives beside the recordings: another hand, another object, a topic map, a calibration."""
 
 from __future__ import annotations
 
@@ -11,7 +11,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import yaml
 
+from ..calibration.calibration import Calibration
 from ..hands.model import load_hand
 from ..hands.pad_file import is_pad_file
 from ..hands.pads import PadSet
@@ -29,11 +31,13 @@ class Given:
         hand: A hand in memory, or its name or absolute path.
         obj: An object in memory, or its name or absolute path.
         topics: The topic map.
+        calibration: Where the robot's camera and its joints' zeros are.
     """
 
     hand: PadSet | str | None
     obj: ObjectModel | str | None
     topics: TopicMap | None
+    calibration: Calibration | None = None
 
     @classmethod
     def of(
@@ -41,19 +45,31 @@ class Given:
         hand: PadSet | str | os.PathLike[str] | None,
         obj: ObjectModel | str | os.PathLike[str] | None,
         topics: TopicMap | str | os.PathLike[str] | None,
+        calibration: Calibration | str | os.PathLike[str] | None = None,
     ) -> Given:
         """Take what a caller gave.
 
         Raises:
             RecordingError: The topic map cannot be read.
+            CalibrationError: The calibration cannot be read.
         """
+        if isinstance(calibration, str | os.PathLike):
+            calibration = Calibration.from_yaml(calibration)
         if isinstance(topics, str | os.PathLike):
             topics = load_topics(Path(topics).resolve())
-        return cls(_absolute(hand), _absolute(obj), topics)
+        return cls(_absolute(hand), _absolute(obj), topics, calibration)
 
     def read(self, path: Path) -> Recording:
-        """Read a recording with these overrides."""
-        return read_recording(path, hand=self.hand, object=self.obj, topics=self.topics)
+        """Read a recording with these overrides.
+
+        Raises:
+            RecordingError: It cannot be read.
+            CalibrationError: The calibration is of another robot.
+        """
+        recording = read_recording(path, hand=self.hand, object=self.obj, topics=self.topics)
+        if self.calibration is not None:
+            self.calibration.check(recording)
+        return recording
 
     def digest(self) -> str:
         """Hash of all of it, files by their content."""
@@ -62,6 +78,8 @@ class Given:
             topics = self.topics
             parts += [topics.model_dump_json(), _of_hand(topics.hand), _of_object(topics.object)]
             parts.append(_of_name(topics.pads))
+        if self.calibration is not None:
+            parts.append(self.calibration.text())
         return hashlib.sha256(json.dumps(parts).encode()).hexdigest()
 
     def described(self) -> dict[str, Any]:
@@ -70,6 +88,9 @@ class Given:
             "hand": _name(self.hand),
             "object": _name(self.obj),
             "topics": None if self.topics is None else self.topics.model_dump(mode="json"),
+            "calibration": None
+            if self.calibration is None
+            else yaml.safe_load(self.calibration.text()),
         }
 
 

@@ -29,6 +29,7 @@ from .sequence import Outcome, Task, evaluate_sequence
 from .tables import Tables, make_tables, write_csv
 
 if TYPE_CHECKING:
+    from ..calibration.calibration import Calibration
     from ..hands.pads import PadSet
     from ..objects import ObjectModel
     from ..recording import TopicMap
@@ -51,6 +52,7 @@ def evaluate(
     object: ObjectModel | PathLike | None = None,
     topics: TopicMap | PathLike | None = None,
     force: bool = False,
+    calibration: Calibration | PathLike | None = None,
 ) -> pd.DataFrame:
     """Estimate the object's pose in recorded sequences and compare with the truth.
 
@@ -77,6 +79,8 @@ def evaluate(
         object: Object to use instead of the one a recording names, or its name or mesh file.
         topics: Topic map of other people's bags, or its YAML file.
         force: Use a folder that is neither empty nor a run's; files that were not made here stay as they are.
+        calibration: Where the robot's camera and its joints' zeros are, or its YAML file; it corrects what every
+            method gets, and a recording of another hand or camera fails.
 
     Returns:
         The summary, as in ``summary.csv``: a row for each dataset, object, method and phase, in mm. Errors
@@ -86,7 +90,19 @@ def evaluate(
         VtgtsamError: A path, the configuration or the map is wrong; ``out`` holds other files; or a worker died.
         ValueError: A method is unknown.
     """
-    tables = run(recordings, methods, config, out, jobs, scheduler, hand, object, topics, force)
+    tables = run(
+        recordings,
+        methods,
+        config,
+        out,
+        jobs,
+        scheduler,
+        hand,
+        object,
+        topics,
+        force,
+        calibration=calibration,
+    )
     for sequence, problem in tables.failed.items():
         logger.warning("%s failed: %s", sequence, problem)
     tables.summary.attrs["failed"] = tables.failed
@@ -105,6 +121,7 @@ def run(
     topics: TopicMap | PathLike | None = None,
     force: bool = False,
     progress: Callable[[Outcome, int], None] | None = None,
+    calibration: Calibration | PathLike | None = None,
 ) -> Tables:
     """As ``evaluate``, with all tables as the answer.
 
@@ -117,7 +134,7 @@ def run(
         raise VtgtsamError(f"results need a folder, on this machine or a shared one, not {out}")
     found = find_anywhere(paths)
     configs = method_configs(methods, load_config(config))
-    given = Given.of(hand, obj, topics)
+    given = Given.of(hand, obj, topics, calibration)
     place = Path(out).resolve()  # workers may have another current folder
     _spare(place / store.CONFIG, config)
     with folder.in_use(place, force):

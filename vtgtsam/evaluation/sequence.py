@@ -42,7 +42,7 @@ class Task:
         recording: Its recording, which is fetched where it is not on disk.
         out: The run's folder.
         configs: Each method's configuration.
-        given: Hand, object and topic map to use instead of the recording's own.
+        given: Hand, object and topic map to use instead of the recording's own, and the robot's calibration.
         code: The caller's ``code_version``.
     """
 
@@ -105,7 +105,7 @@ def _evaluate(task: Task, path: Path, key: str) -> dict[str, Any]:
     with threadpool_limits(1):
         estimates = {
             name: [estimator.update(frame) for frame in frames]
-            for name, estimator in _estimators(recording, task.configs).items()
+            for name, estimator in _estimators(recording, task).items()
         }
         contacts = [contact_bits(frame.contacts, recording.hand.pad_names) for frame in frames]
         phases = turn_phases([frame.T_wh or gtsam.Pose3() for frame in frames])
@@ -116,12 +116,10 @@ def _evaluate(task: Task, path: Path, key: str) -> dict[str, Any]:
     return about
 
 
-def _estimators(
-    recording: Recording, configs: Mapping[str, EstimatorConfig]
-) -> dict[str, PoseEstimator]:
+def _estimators(recording: Recording, task: Task) -> dict[str, PoseEstimator]:
     return {
-        name: PoseEstimator(recording.hand, recording.object, config)
-        for name, config in configs.items()
+        name: PoseEstimator(recording.hand, recording.object, config, task.given.calibration)
+        for name, config in task.configs.items()
     }
 
 

@@ -64,7 +64,7 @@ class JointedPads:
         self._contacts: JointedContacts
 
     def at(self, T_ho: gtsam.Pose3, zeros: np.ndarray) -> JointedContacts:
-        """The pads' distances with the object at T_ho in the hand and the joints' zeros off by ``zeros`` [rad], (J,)."""
+        """The pads' distances with the object at T_ho in the hand and the joints' zeros at ``zeros`` [rad], (J,)."""
         known = self._T_ho is not None and T_ho.equals(self._T_ho, 0.0)
         if not (known and np.array_equal(zeros, self._zeros)):
             self._contacts = self._at(T_ho, zeros)

@@ -74,9 +74,7 @@ def seen_factor(
         factor: gtsam.CustomFactor, values: gtsam.Values, jacobians: list[np.ndarray] | None
     ) -> np.ndarray:
         T_ho, camera = values.atPose3(key), values.atVector(camera_key)
-        residual, of_pose, of_camera = seen_residual(
-            T_ho, camera, T_wh, T_wo_visual, camera_origin
-        )
+        residual, of_pose, of_camera = seen_residual(T_ho, camera, T_wh, T_wo_visual, camera_origin)
         if jacobians is not None:
             jacobians[0], jacobians[1] = of_pose, of_camera
         return residual

@@ -84,6 +84,7 @@ class HandModel(PadSet):
         coupled_joints: Those that the file makes follow another joint (mimic).
         pad_bodies: Id in the model of the body that each pad is fixed to, shape (K,).
         pad_boxes: Each pad's box on its body.
+        moves_pads: Whether a pad moves with a joint, bool, shape (K, J).
         source: Path of the file, or None where the hand came from text.
         xml: The hand as MJCF text that needs no other file.
     """
@@ -108,7 +109,7 @@ class HandModel(PadSet):
         self._T_bp = np.array([box.T_bp for box in self.pad_boxes])
         self._couplings = couplings(model)
         self.coupled_joints = tuple(self._couplings)
-        self._moves_pad = _moves(model, self.pad_bodies)
+        self.moves_pads = _moves(model, self.pad_bodies)
         self._data = mujoco.MjData(model)
 
     @classmethod
@@ -216,7 +217,7 @@ class HandModel(PadSet):
         turned = np.einsum("ki,kji->kj", gradients_h, np.cross(axes, levers))
         pushed = gradients_h @ axes.T
         hinge = self.model.jnt_type == mujoco.mjtJoint.mjJNT_HINGE
-        jacobian: np.ndarray = -np.where(hinge, turned, pushed) * self._moves_pad
+        jacobian: np.ndarray = -np.where(hinge, turned, pushed) * self.moves_pads
         return jacobian
 
     def pad_points(
