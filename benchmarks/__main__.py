@@ -67,6 +67,24 @@ def consistency(
 
 
 @app.command()
+def calibration(
+    recordings: Annotated[
+        Path, typer.Argument(help="Folder of simulated recordings with truth.", exists=True)
+    ],
+    robots: Annotated[int, typer.Option(min=1, help="Robots, each with errors of its own.")] = 12,
+    tests: Annotated[int, typer.Option(min=1, help="Grasps that each is judged on.")] = 4,
+    grasps: Annotated[
+        str, typer.Option(help="Numbers of earlier grasps, separated by commas.")
+    ] = "0,1,2,5,10",
+    jobs: Annotated[int, typer.Option(min=1, help="Processes to use.")] = 2,
+) -> None:
+    """What a robot gains from calibrating itself, by the number of its earlier grasps."""
+    from .calibration import run
+
+    run(recordings, robots, tests, [int(count) for count in grasps.split(",")], jobs)
+
+
+@app.command()
 def claims(
     results: Annotated[list[str], typer.Argument(help="NAME=FOLDER of an evaluation, each.")],
 ) -> None:

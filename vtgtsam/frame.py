@@ -25,7 +25,7 @@ from .measurement import Measurement
 _ORTHONORMAL = 1e-4  # largest deviation of R'R from I that still counts as rounding
 _FAR = 1e7  # [m]
 _ORIGIN = gtsam.Pose3()
-_SYMMETRIC = 1e-6  # largest relative difference of two entries that should be equal
+_SYMMETRIC = 1e-6  # largest difference of two entries that should be equal, as correlations
 
 
 class Hand(NamedTuple):
@@ -182,9 +182,13 @@ def _visual_covariance(measurement: Measurement, used: bool) -> np.ndarray | Non
 
 def _is_covariance(matrix: np.ndarray) -> bool:
     """Whether a matrix (6, 6) is finite, symmetric up to rounding, and positive definite."""
-    if not np.isfinite(matrix).all():
+    variances = matrix.diagonal()
+    if not (np.isfinite(matrix).all() and (variances > 0.0).all()):
         return False
-    if not (np.abs(matrix - matrix.T) <= _SYMMETRIC * np.abs(matrix)).all():
+    # Entries are compared as correlations: those that should be zero are rounding, which need not be symmetric.
+    if not (
+        np.abs(matrix - matrix.T) <= _SYMMETRIC * np.sqrt(np.outer(variances, variances))
+    ).all():
         return False
     try:
         return bool(np.isfinite(np.linalg.inv(np.linalg.cholesky(matrix))).all())

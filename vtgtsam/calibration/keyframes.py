@@ -14,7 +14,7 @@ import gtsam
 import numpy as np
 
 from ..estimator import PoseEstimator
-from ..frame import check
+from ..frame import Frame, check, contact_bits
 from ..hands.model import HandModel
 from ..measurement import Measurement
 from ..objects import ObjectModel
@@ -81,26 +81,28 @@ def grasp(name: str, estimator: PoseEstimator, frames: Sequence[Measurement]) ->
     spread: list[float] = []
     for measured in frames:
         estimate = estimator.update(measured)
-        checked = check(measured, hand)
-        if estimate.faults or estimate.T_wo is None or not checked.touching.any():
+        touching = contact_bits(measured.contacts, hand.pad_names)
+        if estimate.faults or estimate.T_wo is None or not touching.any():
             continue
         believed.append(estimate.visual_weight >= BELIEVED)
         spread.append(float(np.trace(estimate.covariance[3:, 3:])))
-        if keyframes and checked.time < keyframes[-1].time + SPACING - 1e-3:
+        if keyframes and measured.time < keyframes[-1].time + SPACING - 1e-3:
             continue
-        assert checked.joints is not None
-        T_wo_visual = measured.T_wo_visual if believed[-1] else None
-        keyframes.append(
-            Keyframe(
-                time=checked.time,
-                joints=checked.joints,
-                touching=checked.touching,
-                T_wh=checked.T_wh,
-                T_ho=checked.T_wh.between(estimate.T_wo),
-                T_wo_visual=T_wo_visual,
-                visual_covariance=checked.visual_covariance,
-            )
-        )
+        keyframes.append(_keyframe(check(measured, hand), estimate.T_wo, believed[-1]))
     seen = float(np.mean(believed)) if believed else 0.0
     sigma = float(np.sqrt(np.median(spread))) if spread else float("inf")
     return Grasp(name, hand, estimator.obj, keyframes, seen, sigma)
+
+
+def _keyframe(frame: Frame, T_wo: gtsam.Pose3, believed: bool) -> Keyframe:
+    """A frame as it was measured, at a pose."""
+    assert frame.joints is not None  # what has no fault has joints
+    return Keyframe(
+        time=frame.time,
+        joints=frame.joints,
+        touching=frame.touching,
+        T_wh=frame.T_wh,
+        T_ho=frame.T_wh.between(T_wo),
+        T_wo_visual=frame.T_wo_visual if believed else None,
+        visual_covariance=frame.visual_covariance,
+    )

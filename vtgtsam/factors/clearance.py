@@ -33,11 +33,14 @@ def clearance_factor(
     def error(
         factor: gtsam.CustomFactor, values: gtsam.Values, jacobians: list[np.ndarray] | None
     ) -> np.ndarray:
-        contacts = pads.at(values.atPose3(key), values.atVector(zeros_key))
+        T_ho, zeros = values.atPose3(key), values.atVector(zeros_key)
+        contacts = pads.at(T_ho, zeros)
         distances = contacts.distances[apart]
         if jacobians is not None:
-            jacobians[0] = penetration_jacobian(distances, contacts.of_pose[apart])
-            jacobians[1] = penetration_jacobian(distances, contacts.of_zeros[apart])
+            jacobians[0] = penetration_jacobian(distances, contacts.jacobians[apart])
+            jacobians[1] = penetration_jacobian(
+                distances, pads.derivative_by_zeros(T_ho, zeros)[apart]
+            )
         return penetration_residual(distances)
 
     return checked_factor(noise, [key, zeros_key], error, [POSE3_DIMENSION, pads.joints])

@@ -12,27 +12,11 @@ Both derivatives are exact, at the joints and the pose in question: that for a r
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import gtsam
 import numpy as np
 
 from ..hands.model import HandModel
-from ..sdf.search import ClosestPoints
-
-
-class JointedContacts(NamedTuple):
-    """Each pad's closest point, at one pose and one set of zeros.
-
-    Attributes:
-        distances: Signed distances phi_k [m], shape (K,); infinite for a pad that was left out.
-        of_pose: Their derivatives for a right perturbation of T_ho, rotation first, shape (K, 6).
-        of_zeros: Their derivatives for the joints' zeros dq [m/rad], shape (K, J).
-    """
-
-    distances: np.ndarray
-    of_pose: np.ndarray
-    of_zeros: np.ndarray
+from ..sdf.search import ClosestPoints, PadContacts
 
 
 class JointedPads:
@@ -58,25 +42,34 @@ class JointedPads:
         self.joints = len(hand.joint_names)
         self._hand = hand
         self._closest = closest
-        self._joints = np.array(joints, dtype=np.float64)
+        self._measured = np.array(joints, dtype=np.float64)
         self._T_ho: gtsam.Pose3 | None = None
         self._zeros = np.empty(0)
-        self._contacts: JointedContacts
+        self._T_hp: np.ndarray
+        self._contacts: PadContacts
+        self._of_zeros: np.ndarray | None = None
 
-    def at(self, T_ho: gtsam.Pose3, zeros: np.ndarray) -> JointedContacts:
-        """The pads' distances with the object at T_ho in the hand and the joints' zeros at ``zeros`` [rad], (J,)."""
+    def at(self, T_ho: gtsam.Pose3, zeros: np.ndarray) -> PadContacts:
+        """The pads' closest points; a pad that does not matter is left out.
+
+        Args:
+            T_ho: Pose of the object in the hand.
+            zeros: The joints' zeros dq [rad], shape (J,).
+        """
         known = self._T_ho is not None and T_ho.equals(self._T_ho, 0.0)
         if not (known and np.array_equal(zeros, self._zeros)):
-            self._contacts = self._at(T_ho, zeros)
-            self._T_ho, self._zeros = T_ho, np.array(zeros)
+            self._T_hp = self._hand.pad_transforms(self._measured - zeros)
+            T = np.ascontiguousarray(T_ho.matrix())  # GTSAM's are in Fortran order
+            self._contacts = self._closest.search(T, self._T_hp, self.touching)
+            self._T_ho, self._zeros, self._of_zeros = T_ho, np.array(zeros), None
         return self._contacts
 
-    def _at(self, T_ho: gtsam.Pose3, zeros: np.ndarray) -> JointedContacts:
-        joints = self._joints - zeros
-        T_hp = self._hand.pad_transforms(joints)
-        T = np.ascontiguousarray(T_ho.matrix())  # GTSAM's are in Fortran order
-        found = self._closest.search(T, T_hp, self.touching)
-        points_h = np.nan_to_num(self._closest.points(T_hp, found.indices))
-        gradients_h = -found.jacobians[:, 3:] @ T[:3, :3].T
-        of_zeros = self._hand.zero_jacobian(joints, points_h, gradients_h)
-        return JointedContacts(found.distances, found.jacobians, of_zeros)
+    def derivative_by_zeros(self, T_ho: gtsam.Pose3, zeros: np.ndarray) -> np.ndarray:
+        """How the distances there change with the joints' zeros [m/rad], shape (K, J); zero for a pad left out."""
+        contacts = self.at(T_ho, zeros)
+        if self._of_zeros is None:
+            points_h = np.nan_to_num(self._closest.points(self._T_hp, contacts.indices))
+            gradients_h = -contacts.jacobians[:, 3:] @ T_ho.rotation().matrix().T
+            joints = self._measured - zeros
+            self._of_zeros = self._hand.zero_jacobian(joints, points_h, gradients_h)
+        return self._of_zeros

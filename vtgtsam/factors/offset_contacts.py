@@ -59,14 +59,15 @@ def contact_factor(
     def error(
         factor: gtsam.CustomFactor, values: gtsam.Values, jacobians: list[np.ndarray] | None
     ) -> np.ndarray:
-        contacts = pads.at(values.atPose3(key), values.atVector(zeros_key))
+        T_ho, zeros = values.atPose3(key), values.atVector(zeros_key)
+        contacts = pads.at(T_ho, zeros)
         offsets = values.atVector(offsets_key)[touching]
         residual, slope = contact_residual(
             contacts.distances[touching], offsets, gap_sigma, overlap_sigma
         )
         if jacobians is not None:
-            jacobians[0] = slope[:, None] * contacts.of_pose[touching]
-            jacobians[1] = slope[:, None] * contacts.of_zeros[touching]
+            jacobians[0] = slope[:, None] * contacts.jacobians[touching]
+            jacobians[1] = slope[:, None] * pads.derivative_by_zeros(T_ho, zeros)[touching]
             jacobians[2] = -slope[:, None] * chosen
         return residual
 
