@@ -88,7 +88,7 @@ def write_grip(
     lost: bool = False,
     camera: gtsam.Pose3 = CAMERA,
     hand_xml: str = HAND_XML,
-    **metadata: str,
+    device: str = "",
 ) -> Path:
     """A recording at 30 Hz.
 
@@ -97,21 +97,27 @@ def write_grip(
         robot: What the robot believes wrongly.
         seed: Of the box and of the tracker's noise.
         frames: Number of frames.
-        idle: Pads that report no contact.
+        idle: Pads that report no contact; their fingers are open.
         mesh_scale: Size of the attached mesh, of the box's.
         lost: Whether the tracker leaves the object after half a second.
         camera: Where the camera is, if it were believed rightly.
         hand_xml: The attached hand.
-        metadata: Entries of the metadata record.
+        device: The camera's name.
     """
     rng = np.random.default_rng(seed)
     half = np.array([*rng.uniform(0.018, 0.028, 2), HALF_Z - 1e-4])
-    angles = closed(half) + robot.zeros
     touches = np.array([name not in idle for name in PADS])
+    angles = np.where(touches[:4], closed(half), -0.3) + robot.zeros
     mesh = trimesh.creation.box(extents=2 * mesh_scale * half).subdivide()
     obj = trimesh.exchange.obj.export_obj(mesh, include_normals=False).encode()
     path.parent.mkdir(parents=True, exist_ok=True)
-    info = {"object": "box", "hand": "gripper", "dataset": "vary", "tracker": "depth"} | metadata
+    info = {
+        "object": "box",
+        "hand": "gripper",
+        "dataset": "vary",
+        "tracker": "depth",
+        "camera": device,
+    }
     with RecordingWriter(path, info, hand_xml=hand_xml, mesh=obj) as writer:
         writer.camera_pose(1.0, robot.T_error * camera)
         for k in range(frames):

@@ -255,7 +255,8 @@ def _helpful(grasps: Sequence[Grasp], left_out: dict[str, str]) -> list[Grasp]:
             )
         elif each.seen < FEWEST_SEEN:
             left_out[each.name] = (
-                f"the tracker had lost the object: {1 - each.seen:.0%} of its poses contradict touch and memory"
+                f"{1 - each.seen:.0%} of its visual poses contradict touch and memory: the tracker had lost the "
+                "object, or the object is not the mesh"
             )
         else:
             helpful.append(each)

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """A robot calibrated from its recorded grasps: what is found, how sure it is, and what is refused."""
 
-import logging
-
 import gtsam
 import numpy as np
 import pytest
@@ -12,7 +10,7 @@ from vtgtsam import Calibration, PoseEstimator, VtgtsamError, calibrate, read_re
 from vtgtsam.calibration.calibrate import run
 from vtgtsam.exceptions import CalibrationError
 
-ROBOT = drawn(3)
+ROBOT = drawn(4)
 BELIEVED = np.repeat([0.01, 0.0012, np.deg2rad(1.0)], [3, 3, 4])
 
 
@@ -42,8 +40,12 @@ def test_the_offsets_are_found_as_well_as_is_said(result):
     assert 0.1 < nees < 2.0
     sigmas = np.sqrt(np.diag(calibration.covariance))
     assert (sigmas < 1.001 * BELIEVED).all()
-    assert sigmas[6:].max() < 0.6 * BELIEVED[6]  # all four fingers touched
-    assert np.abs(off[6:]).max() < np.deg2rad(0.7)
+    assert sigmas[6:8].max() < 0.5 * BELIEVED[6]  # the fingers in whose plane the hand turned
+    # The other two and the camera along the axis of the turn can shift together.
+    assert any(
+        all(name in sentence for name in ("camera y", "j_yp", "j_yn"))
+        for sentence in calibration.unseen
+    )
     assert result.left_out == {}
     assert len(result.used) == 4
     assert all(used.nees < 3 and used.residuals.contact < 2e-4 for used in result.used)
@@ -69,7 +71,7 @@ def test_a_calibrated_estimator_is_nearer_to_the_truth(folder, result, tmp_path)
         estimate = [estimator.update(frame) for frame in frames][-1]
         T_true = recording.truth_at([estimate.time])[0]
         errors.append(np.linalg.norm(T_true.between(estimate.T_wo).translation()))
-    assert errors[1] < 0.5 * errors[0]
+    assert errors[1] < 0.7 * errors[0]
 
 
 def test_recordings_may_be_paths_or_read_already(folder, result):
@@ -113,24 +115,21 @@ def test_a_hand_of_the_same_name_with_other_joints_is_refused(folder, tmp_path):
         known.check_hand(type(recording.hand).from_text(other))
 
 
-def test_two_cameras_are_refused_by_name_and_by_place(tmp_path):
-    names = [
-        write_grip(tmp_path / f"{name}.mcap", ROBOT, camera_name_seed, camera_frames, camera=place)
-        for name, camera_name_seed, camera_frames, place in [
-            ("here", 0, 30, CAMERA),
-            ("there", 1, 30, CAMERA * gtsam.Pose3(gtsam.Rot3(), np.array([0.05, 0, 0]))),
-        ]
-    ]
+def test_a_camera_that_was_moved_between_is_refused(tmp_path):
+    moved = CAMERA * gtsam.Pose3(gtsam.Rot3(), np.array([0.05, 0, 0]))
+    write_grip(tmp_path / "here.mcap", ROBOT, 0, 30)
+    write_grip(tmp_path / "there.mcap", ROBOT, 1, 30, camera=moved)
     with pytest.raises(
         CalibrationError, match=r"there: here is of a camera 50 mm and 0 degrees away"
     ):
-        calibrate(names)
+        calibrate(tmp_path)
 
 
 def test_another_camera_at_the_same_place_is_refused(tmp_path):
     for name in "ab":
-        write_grip(tmp_path / f"{name}.mcap", ROBOT, ord(name), 30, **{"camera": ""})
-    assert calibrate(tmp_path).robot.camera_name == ""
+        write_grip(tmp_path / f"{name}.mcap", ROBOT, ord(name), 30, device=f"serial {name}")
+    with pytest.raises(CalibrationError, match="b: a is of camera 'serial a', not of 'serial b'"):
+        calibrate(tmp_path)
 
 
 def test_a_wrong_mesh_is_left_out(folder, tmp_path):
@@ -143,7 +142,7 @@ def test_a_wrong_mesh_is_left_out(folder, tmp_path):
 def test_a_lost_tracker_is_left_out(folder, tmp_path):
     lost = write_grip(tmp_path / "lost.mcap", ROBOT, seed=5, lost=True)
     found = run([folder / "0.mcap", lost])
-    assert "tracker had lost the object" in found.left_out["lost"]
+    assert "contradict touch and memory: the tracker had lost" in found.left_out["lost"]
 
 
 def test_a_recording_without_contacts_is_left_out_and_alone_refused(folder, tmp_path):
@@ -187,4 +186,3 @@ def test_every_calibration_is_a_value(result):
     assert isinstance(result.calibration, Calibration)
     with pytest.raises(ValueError, match="read-only"):
         result.calibration.covariance[0, 0] = 1.0
-    logging.getLogger("vtgtsam")
