@@ -252,17 +252,23 @@ def _helpful(grasps: Sequence[Grasp], left_out: dict[str, str]) -> list[Grasp]:
         if len(each.keyframes) < FEWEST_KEYFRAMES:
             left_out[each.name] = (
                 "no pad touches for as long as a second while the object is tracked"
+                + _because(each)
             )
         elif each.seen < FEWEST_SEEN:
             left_out[each.name] = (
                 f"{1 - each.seen:.0%} of its visual poses contradict touch and memory: the tracker had lost the "
-                "object, or the object is not the mesh"
+                f"object, or the object is not the mesh{_because(each)}"
             )
         else:
             helpful.append(each)
     if not helpful:
         raise CalibrationError(f"no recording is of use: {_sentences(left_out)}")
     return helpful
+
+
+def _because(each: Grasp) -> str:
+    """What the estimator found wrong with a grasp, to be put behind a sentence."""
+    return f" ({', '.join(each.faults)})" if each.faults else ""
 
 
 def _agreeing(

@@ -7,6 +7,7 @@ that memory refused are left out, for a tracker that sits beside the object for 
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -14,6 +15,7 @@ import gtsam
 import numpy as np
 
 from ..estimator import PoseEstimator
+from ..faults import words
 from ..frame import Frame, check, contact_bits
 from ..hands.model import HandModel
 from ..measurement import Measurement
@@ -21,6 +23,18 @@ from ..objects import ObjectModel
 
 SPACING = 1 / 6  # [s], between keyframes
 BELIEVED = 0.3  # visual weight below which memory has refused a visual pose
+OFTEN = 0.25  # share of the frames
+USELESS = {
+    words.JOINTS_NOT_FINITE,
+    words.HAND_POSE_NOT_FINITE,
+    words.PADS_NOT_FINITE,
+    words.TIME_WENT_BACK,
+    words.JOINTS_DEGREES,
+    words.HAND_FROZEN,
+    words.CONTACTS_INVERTED,
+    words.NO_FIT,
+}
+BLIND = {words.VISION_REPEATS, words.VISION_JUMPS, words.VISION_FAR, words.VISION_MILLIMETRES}
 GAP = 2.5 * SPACING  # [s], between keyframes farther apart the object may have been anywhere
 
 
@@ -56,6 +70,7 @@ class Grasp(NamedTuple):
         keyframes: In the order of time.
         seen: Share of the frames that touch whose visual pose memory believed.
         sigma: Median standard deviation of the estimated positions while a pad touches [m].
+        faults: What was wrong with many of the frames, in the fixed words of ``faults``.
     """
 
     name: str
@@ -64,6 +79,7 @@ class Grasp(NamedTuple):
     keyframes: list[Keyframe]
     seen: float
     sigma: float
+    faults: tuple[str, ...]
 
 
 def grasp(name: str, estimator: PoseEstimator, frames: Sequence[Measurement]) -> Grasp:
@@ -79,19 +95,23 @@ def grasp(name: str, estimator: PoseEstimator, frames: Sequence[Measurement]) ->
     keyframes: list[Keyframe] = []
     believed: list[bool] = []
     spread: list[float] = []
+    faults: Counter[str] = Counter()
     for measured in frames:
         estimate = estimator.update(measured)
         touching = contact_bits(measured.contacts, hand.pad_names)
-        if estimate.faults or estimate.T_wo is None or not touching.any():
+        faults.update(estimate.faults)
+        if USELESS.intersection(estimate.faults) or estimate.T_wo is None or not touching.any():
             continue
-        believed.append(estimate.visual_weight >= BELIEVED)
+        blind = bool(BLIND.intersection(estimate.faults))
+        believed.append(estimate.visual_weight >= BELIEVED and not blind)
         spread.append(float(np.trace(estimate.covariance[3:, 3:])))
         if keyframes and measured.time < keyframes[-1].time + SPACING - 1e-3:
             continue
         keyframes.append(_keyframe(check(measured, hand), estimate.T_wo, believed[-1]))
     seen = float(np.mean(believed)) if believed else 0.0
     sigma = float(np.sqrt(np.median(spread))) if spread else float("inf")
-    return Grasp(name, hand, estimator.obj, keyframes, seen, sigma)
+    often = tuple(fault for fault, count in faults.most_common() if count >= OFTEN * len(frames))
+    return Grasp(name, hand, estimator.obj, keyframes, seen, sigma, often)
 
 
 def _keyframe(frame: Frame, T_wo: gtsam.Pose3, believed: bool) -> Keyframe:

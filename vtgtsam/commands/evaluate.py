@@ -11,7 +11,15 @@ import typer
 if TYPE_CHECKING:
     from ..config import EstimatorConfig
 
-from .options import Calibration, Hand, Object, ObjectResolution, ObjectSymmetry, Topics, object_given
+from .options import (
+    Calibration,
+    Hand,
+    Object,
+    ObjectResolution,
+    ObjectSymmetry,
+    Topics,
+    object_given,
+)
 
 SOME_FAILED = 3
 INTERRUPTED = 130  # 128 + SIGINT, as shells count
