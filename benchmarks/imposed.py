@@ -38,7 +38,7 @@ def as_robot(recording: Recording, robot: int | None) -> Recording:
             f"{recording.path} has an error of its own, not that of a robot (--robot)"
         )
     hand, streams = recording.hand, recording.streams
-    own = robot_error(int(info["robot"]) if "robot" in info else None, len(hand.joint_names))
+    own = robot_error(int(info["robot"]) if info.get("robot") else None, len(hand.joint_names))
     wanted = robot_error(robot, len(hand.joint_names))
     moved = wanted.T_error.compose(own.T_error.inverse())
     zeros = dict(zip(hand.joint_names, wanted.joints - own.joints, strict=True))
@@ -51,13 +51,20 @@ def as_robot(recording: Recording, robot: int | None) -> Recording:
     )
     return Recording(
         path=recording.path,
-        info={**info, "robot": str(robot)},
+        info=_described(info, robot),
         topics=recording.topics,
         streams=made,
         make_hand=lambda: hand,
         make_object=lambda: recording.object,
         present={},
     )
+
+
+def _described(info: dict[str, str], robot: int | None) -> dict[str, str]:
+    return info | {
+        "robot": "" if robot is None else str(robot),
+        "calibration_error": "no" if robot is None else "yes",
+    }
 
 
 def robot_error(robot: int | None, joints: int) -> CalibrationError:

@@ -22,7 +22,7 @@ from ..evaluation.find import find_recordings
 from ..exceptions import CalibrationError, VtgtsamError
 from ..measurement import Measurement
 from ..offsets import CalibrationPrior
-from ..recording import Recording, TopicMap, read_recording
+from ..recording import Recording, TopicMap, load_topics, read_recording
 from ..recording.frames import evaluation_frames
 from .calibration import Calibration
 from .consistency import nees
@@ -123,25 +123,56 @@ def run(
     tell = progress or (lambda stage, done, total: None)
     if isinstance(prior, str | os.PathLike):
         prior = Calibration.from_yaml(prior)
+    if isinstance(topics, str | os.PathLike):
+        topics = load_topics(Path(topics))
     sources, left_out = _read(recordings, topics, prior, tell)
     robot, origin, known = _known(sources, prior, config)
-    calibration = prior
-    solved: Solved | None = None
-    sigmas = []
-    for number in ("first", "second"):
-        grasps = []
-        for count, source in enumerate(sources, 1):
-            grasps.append(_tracked(source, config, calibration))
-            tell(f"{number} round", count, len(sources))
-        helpful = _helpful(grasps, left_out)
-        start = known.mean if calibration is None else calibration.offsets
-        solved, chosen, found = _agreeing(helpful, known, start, origin, config)
-        calibration = _calibration(robot, origin, solved, chosen, sources, prior, config)
-        sigmas.append(float(np.median([each.sigma for each in chosen])))
-    left_out |= found
-    used = tuple(_used(each, n, solved, origin) for n, each in enumerate(chosen))
-    before = np.sqrt(np.diag(_assumed(config, len(robot.joint_names))))
-    return Calibrated(calibration, before, used, left_out, *sigmas)
+    first = _round("first", sources, robot, origin, known, prior, prior, config, tell)
+    second = _round("second", sources, robot, origin, known, prior, first.calibration, config, tell)
+    return Calibrated(
+        calibration=second.calibration,
+        before=np.sqrt(np.diag(_assumed(config, len(robot.joint_names)))),
+        used=second.used,
+        left_out=left_out | second.left_out,
+        sigma_before=first.sigma,
+        sigma_after=second.sigma,
+    )
+
+
+class _Round(NamedTuple):
+    """What came of tracking and solving once."""
+
+    calibration: Calibration
+    used: tuple[Used, ...]
+    left_out: dict[str, str]
+    sigma: float
+
+
+def _round(
+    name: str,
+    sources: Sequence[_Source],
+    robot: Robot,
+    origin: np.ndarray,
+    known: Belief,
+    prior: Calibration | None,
+    tracked_with: Calibration | None,
+    config: EstimatorConfig,
+    tell: Progress,
+) -> _Round:
+    """Track all recordings with a calibration, and solve for a new one."""
+    grasps = []
+    for count, source in enumerate(sources, 1):
+        grasps.append(_tracked(source, config, tracked_with))
+        tell(f"{name} round", count, len(sources))
+    helpful, useless = _helpful(grasps)
+    start = known.mean if tracked_with is None else tracked_with.offsets
+    solved, chosen, odd = _agreeing(helpful, known, start, origin, config)
+    return _Round(
+        calibration=_calibration(robot, origin, solved, chosen, sources, prior, config),
+        used=tuple(_used(each, n, solved, origin) for n, each in enumerate(chosen)),
+        left_out=useless | odd,
+        sigma=float(np.median([each.sigma for each in chosen])),
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -156,7 +187,7 @@ class _Source:
 
 def _read(
     recordings: PathLike | Recording | Iterable[PathLike | Recording],
-    topics: TopicMap | PathLike | None,
+    topics: TopicMap | None,
     prior: Calibration | None,
     tell: Progress,
 ) -> tuple[list[_Source], dict[str, str]]:
@@ -244,11 +275,11 @@ def _tracked(source: _Source, config: EstimatorConfig, calibration: Calibration 
     return grasp(source.name, estimator, source.frames)
 
 
-def _helpful(grasps: Sequence[Grasp], left_out: dict[str, str]) -> list[Grasp]:
-    """Grasps that can say something; ``left_out`` gets the reason for the others."""
+def _helpful(grasps: Sequence[Grasp]) -> tuple[list[Grasp], dict[str, str]]:
+    """Grasps that can say something, and why the others cannot."""
     helpful = []
+    left_out: dict[str, str] = {}
     for each in grasps:
-        left_out.pop(each.name, None)
         if len(each.keyframes) < FEWEST_KEYFRAMES:
             left_out[each.name] = (
                 "no pad touches for as long as a second while the object is tracked"
@@ -263,7 +294,7 @@ def _helpful(grasps: Sequence[Grasp], left_out: dict[str, str]) -> list[Grasp]:
             helpful.append(each)
     if not helpful:
         raise CalibrationError(f"no recording is of use: {_sentences(left_out)}")
-    return helpful
+    return helpful, left_out
 
 
 def _because(each: Grasp) -> str:
@@ -283,11 +314,11 @@ def _agreeing(
     left_out: dict[str, str] = {}
     while True:
         solved = solve(chosen, known, start, origin, config)
-        odd = [(_used(each, n, solved, origin), n) for n, each in enumerate(chosen)]
-        reasons = {n: reason for used, n in odd if (reason := _oddity(used))}
+        judged = [(_used(each, n, solved, origin), n) for n, each in enumerate(chosen)]
+        reasons = {n: reason for used, n in judged if (reason := _oddity(used))}
         if not reasons:
             return solved, chosen, left_out
-        worst = max(reasons, key=lambda n: _how_odd(odd[n][0]))
+        worst = max(reasons, key=lambda n: _how_odd(judged[n][0]))
         left_out[chosen[worst].name] = reasons[worst]
         del chosen[worst]
         if not chosen:

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -150,7 +151,7 @@ class Calibration:
             joints = joints - self.zeros
         return dataclasses.replace(measurement, T_wo_visual=seen, joints=joints)
 
-    def to_yaml(self, path: str | Path) -> None:
+    def to_yaml(self, path: str | os.PathLike[str]) -> None:
         """Write to a YAML file that ``from_yaml`` reads back equal."""
         Path(path).write_text(self.text(), encoding="utf-8")
 
@@ -174,7 +175,7 @@ class Calibration:
         return yaml.dump(content, Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=100)
 
     @classmethod
-    def from_yaml(cls, path: str | Path) -> Calibration:
+    def from_yaml(cls, path: str | os.PathLike[str]) -> Calibration:
         """Read a calibration from a YAML file.
 
         Raises:

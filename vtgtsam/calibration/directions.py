@@ -94,12 +94,13 @@ def _largest(components: np.ndarray) -> np.ndarray:
     """Which components a direction is named by, the largest first."""
     order = np.argsort(-np.abs(components))
     enough = np.abs(components[order]) >= PART * np.abs(components).max()
-    return order[enough][:MOST_NAMES]
+    largest: np.ndarray = order[enough][:MOST_NAMES]
+    return largest
 
 
 def _named(components: np.ndarray, chosen: np.ndarray, names: Sequence[str]) -> str:
     """The direction in words, "index_middle - 0.8 index_distal"."""
-    words = names[chosen[0]]
+    words = str(names[chosen[0]])
     for i in chosen[1:]:
         share = components[i] / components[chosen[0]]
         words += f" {'+' if share > 0 else '-'} {abs(share):.1f} {names[i]}"
@@ -111,8 +112,8 @@ def _remedy(offsets: np.ndarray, hand: HandModel, touches: np.ndarray) -> str:
     joints = offsets[offsets >= 6] - 6
     if not len(joints):
         return "grasps that touch the palm, with the hand turned far in between, would show it"
-    moved = hand.moves_pads[:, joints].any(axis=1)
-    seldom = moved & (touches <= SELDOM * touches.max(initial=0))
+    moved: np.ndarray = hand.moves_pads[:, joints].any(axis=1)
+    seldom = np.logical_and(moved, touches <= SELDOM * touches.max(initial=0))
     pads = ", ".join(
         name
         for name, yes in zip(hand.pad_names, seldom if seldom.any() else moved, strict=True)

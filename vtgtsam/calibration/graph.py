@@ -90,7 +90,7 @@ def add_grasp(
                 )
             )
         pads = JointedPads(grasp.hand, closest, frame.joints, frame.touching)
-        touching = np.count_nonzero(frame.touching)
+        touching = int(np.count_nonzero(frame.touching))
         graph.push_back(
             contact_factor(
                 key, ZEROS, B(number), pads, GAP_SIGMA, OVERLAP_SIGMA, _contact_noise(touching)
