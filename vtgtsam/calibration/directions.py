@@ -112,8 +112,8 @@ def _remedy(offsets: np.ndarray, hand: HandModel, touches: np.ndarray) -> str:
     joints = offsets[offsets >= 6] - 6
     if not len(joints):
         return "grasps that touch the palm, with the hand turned far in between, would show it"
-    moved: np.ndarray = hand.moves_pads[:, joints].any(axis=1)
-    seldom = np.logical_and(moved, touches <= SELDOM * touches.max(initial=0))
+    moved = np.any(hand.moves_pads[:, joints], axis=1)
+    seldom = moved & np.less_equal(touches, SELDOM * touches.max(initial=0))
     pads = ", ".join(
         name
         for name, yes in zip(hand.pad_names, seldom if seldom.any() else moved, strict=True)
