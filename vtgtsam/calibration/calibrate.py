@@ -131,7 +131,7 @@ def run(
     second = _round("second", sources, robot, origin, known, prior, first.calibration, config, tell)
     return Calibrated(
         calibration=second.calibration,
-        before=np.sqrt(np.diag(_assumed(config, len(robot.joint_names)))),
+        before=np.sqrt(np.diag(_assumed(config, sources[0]))),
         used=second.used,
         left_out=left_out | second.left_out,
         sigma_before=first.sigma,
@@ -260,13 +260,14 @@ def _known(
         return robot, prior.camera_origin, Belief(prior.offsets, prior.covariance)
     T_wh = first.frames[0].T_wh
     origin = np.zeros(3) if T_wh is None else T_wh.translation()
-    covariance = _assumed(config, len(robot.joint_names))
+    covariance = _assumed(config, first)
     return robot, origin, Belief(np.zeros(len(covariance)), covariance)
 
 
-def _assumed(config: EstimatorConfig, joints: int) -> np.ndarray:
-    """What is believed of a robot before any grasp."""
-    return CalibrationPrior.of_config(config, joints, np.zeros(3)).covariance
+def _assumed(config: EstimatorConfig, source: _Source) -> np.ndarray:
+    """What is believed of a recording's robot before any grasp."""
+    units = source.recording.hand.zero_units
+    return CalibrationPrior.of_config(config, units, np.zeros(3)).covariance
 
 
 def _tracked(source: _Source, config: EstimatorConfig, calibration: Calibration | None) -> Grasp:
@@ -362,7 +363,7 @@ def _calibration(
 ) -> Calibration:
     mean, covariance = solved.belief
     touches = np.sum([frame.touching for each in grasps for frame in each.keyframes], axis=0)
-    assumed = _assumed(config, len(robot.joint_names))
+    assumed = _assumed(config, sources[0])
     names = {each.name for each in grasps}
     made_from = [source.digest for source in sources if source.name in names]
     earlier = () if prior is None else prior.made_from
