@@ -7,8 +7,10 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
+import typer
 
 from hardware.commands import run as run_module
+from hardware.commands.check import check
 
 ROOT = Path(__file__).parents[3]
 
@@ -55,6 +57,14 @@ def test_somebody_watches_until_the_answer_comes():
     finally:
         process.kill()
         process.communicate()
+
+
+def test_check_without_ports_says_what_to_give(capsys, monkeypatch, tmp_path):
+    monkeypatch.chdir(tmp_path)  # where no calibrations lie
+    with pytest.raises(typer.Exit) as end:
+        check()
+    assert end.value.exit_code == 1
+    assert "give their port with --servos" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(("seconds", "ends"), [(None, True), (15.0, False)])
