@@ -14,7 +14,7 @@ from .options import Emulate, Hand, Servos, ask, needed_port, show_live
 
 if TYPE_CHECKING:
     from hardware.servo.bus import Bus
-    from hardware.servo.description import HandDescription
+    from hardware.servo.description import HandDescription, Joint
 
 Joints = Annotated[
     list[str] | None, typer.Option("--joint", help="A joint's name; may be given more than once.")
@@ -70,15 +70,33 @@ def calibrate_joints(
         Path | None,
         typer.Option(help="File to write; the hand's own, or HAND.yaml here for a built-in hand."),
     ] = None,
+    calibration: Annotated[
+        Path | None,
+        typer.Option(
+            "--from",
+            help="Take zeros from this file of `vtgtsam calibrate`; no servos are needed, signs stay.",
+        ),
+    ] = None,
 ) -> None:
-    """Measure zeros and signs: hold each joint at two marks and say its angle. Writes the hand's file."""
-    from hardware.servo.description import DATA, description_path
+    """Measure zeros and signs: hold each joint at two marks and say its angle. Writes the hand's file.
+
+    Or move the zeros by what recorded grasps say of them (--from).
+    """
+    from hardware.servo.description import DATA, description_path, load_description
     from hardware.servo.survey import JointWizard, save_zeros
 
     source = description_path(hand)
     path = out or (Path(source.name) if source.parent == DATA else source)
     if path.exists() and path != source:
         raise typer.BadParameter(f"{path} exists; name another file", param_hint="--out")
+    if calibration is not None:
+        found = _calibrated(load_description(hand), calibration, joint)
+        save_zeros(source, path, found)
+        typer.echo(
+            f"{len(found)} joints written to {path}; use it with --hand {path}. The calibration file is now for "
+            "older recordings only: new ones read these zeros"
+        )
+        return
     with _line(hand, servos, emulate=False) as (bus, description):
         _let_go(bus, description)
         chosen = [j for j in description.joints if joint is None or j.name in joint]
@@ -96,6 +114,31 @@ def calibrate_joints(
     if found:
         save_zeros(source, path, found)
         typer.echo(f"{len(found)} joints written to {path}; use it with --hand {path}")
+
+
+def _calibrated(
+    description: HandDescription, path: Path, names: list[str] | None
+) -> dict[str, Joint]:
+    """The hand's joints with the zeros that a calibration has measured; says each with its uncertainty."""
+    import numpy as np
+
+    from hardware.servo.survey import moved_zeros
+    from vtgtsam import Calibration
+
+    measured = Calibration.from_yaml(path)
+    sigmas = np.sqrt(np.diag(measured.covariance)[6:])
+    chosen = {n: dq for n, dq in measured.joint_zeros.items() if not names or n in names}
+    if missing := sorted(set(names or ()) - set(chosen)):
+        raise typer.BadParameter(f"{path} has no joints {', '.join(missing)}", param_hint="--joint")
+    found = moved_zeros(description.joints, chosen)
+    was = {joint.name: joint.zero for joint in description.joints}
+    for name, sigma in zip(measured.joint_names, sigmas, strict=True):
+        if name in found:
+            typer.echo(
+                f"{name}: zero {was[name]} -> {found[name].zero}, as it reads {np.rad2deg(chosen[name]):+.2f} degrees "
+                f"too much (within {np.rad2deg(2 * sigma):.2f})"
+            )
+    return found
 
 
 def _positive(description: HandDescription) -> dict[str, str]:

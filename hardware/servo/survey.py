@@ -281,6 +281,29 @@ def _fit(joint: Joint, first: tuple[float, float], second: tuple[float, float]) 
     return joint.model_copy(update={"zero": zero, "sign": sign})
 
 
+def moved_zeros(joints: Sequence[Joint], offsets: Mapping[str, float]) -> dict[str, Joint]:
+    """Joints, by name, with their zeros where the joints really are at zero; those not named are left out.
+
+    Args:
+        joints: The hand's joints.
+        offsets: By how much each joint reads too much, dq = q_measured - q_true [rad], by name.
+
+    Raises:
+        JointCalibrationError: The hand has no joint of one of these names.
+    """
+    known = {joint.name: joint for joint in joints}
+    if unknown := sorted(set(offsets) - set(known)):
+        raise JointCalibrationError(
+            f"the hand's file has no joints {', '.join(unknown)}; there are: {', '.join(known)}"
+        )
+    moved = {}
+    for name, offset in offsets.items():
+        joint = known[name]
+        count = joint.zero + joint.sign * np.rad2deg(offset) / _TICK
+        moved[name] = joint.model_copy(update={"zero": round(count) % TICKS_PER_TURN})
+    return moved
+
+
 def with_zeros(text: str, joints: Mapping[str, Joint]) -> str:
     """A hand's YAML text with these joints' zeros and signs, all else as it was, comments too.
 

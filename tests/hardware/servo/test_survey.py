@@ -12,9 +12,11 @@ from hardware.emulate.servo import OVERLOAD
 from hardware.servo.bus import Bus, BusError, ServoError
 from hardware.servo.description import DATA, load_description
 from hardware.servo.survey import (
+    JointCalibrationError,
     JointWizard,
     first_of,
     let_go,
+    moved_zeros,
     save_zeros,
     survey,
     table,
@@ -183,6 +185,21 @@ def test_the_wrong_joint_is_noticed(description, line, bus):
         "counts 0 degrees between marks 64 degrees apart: is it this joint" in t
         for t in person.said
     )
+
+
+@pytest.mark.parametrize(("zero", "sign"), [(2048, 1), (2048, -1), (4090, 1), (3, -1)])
+def test_after_zeros_are_moved_by_an_offset_a_joint_reads_less_by_it(description, zero, sign):
+    joint = description.joints[4].model_copy(update={"zero": zero, "sign": sign})
+    (moved,) = moved_zeros([joint], {joint.name: 0.05}).values()
+    assert 0 <= moved.zero < 4096
+    for ticks in (zero - 300, zero, zero + 100):
+        read_less = joint.angle(ticks) - moved.angle(ticks)
+        assert read_less == pytest.approx(0.05, abs=np.deg2rad(TICK / 2))
+
+
+def test_offsets_of_a_joint_that_the_hand_has_not_are_refused(description):
+    with pytest.raises(JointCalibrationError, match="no joints wheel; there are: thumb_rotation"):
+        moved_zeros(description.joints, {"thumb_rotation": 0.0, "wheel": 0.1})
 
 
 def test_the_hands_file_is_changed_in_these_numbers_alone(description, tmp_path):
