@@ -17,6 +17,7 @@ from hardware.emulate.servo import OVERLOAD
 from hardware.emulate.servos import ServoLineEmulator
 from hardware.live.devices import Devices, load_hand_and_grasp
 from hardware.live.fingers import Phase
+from hardware.live.sensors import NoPads
 from hardware.live.session import Plan, carry_out
 from hardware.live.streams import LiveError
 from hardware.servo.bus import ServoError
@@ -107,13 +108,13 @@ def line():
 class Bench:
     """What a run needs, and what it said."""
 
-    def __init__(self, line, can):
-        self.line, self.camera, self.pads = line, Scene(line, can), StillPads()
-        self.said, self.can = [], can
+    def __init__(self, line, can, description=DESCRIPTION, pads=None):
+        self.line, self.camera, self.pads = line, Scene(line, can), pads or StillPads()
+        self.said, self.can, self.description = [], can, description
 
     def run(self, ask=None, T_ch=T_CH, put=lambda: None, **changes):
         devices = Devices(
-            open_hand=lambda: Hand(DESCRIPTION, self.line.path),
+            open_hand=lambda: Hand(self.description, self.line.path),
             open_pads=lambda: self.pads,
             open_camera=lambda truth: self.camera,
             T_ch=T_ch,
@@ -158,6 +159,21 @@ def test_a_run_compares_measures_and_tracks(bench):
     assert len(bench.pads.prepared) == 1  # also where nobody is asked
     assert any("the depth image shows the hand 0." in line for line in bench.said)
     assert status.remarks == []
+
+
+def test_a_hand_of_xc330s_without_pads_runs_by_its_file_alone(can):
+    content = DESCRIPTION.model_dump() | {"servo": "XC330-M288-T", "baud": 4_000_000, "pads": None}
+    content["joints"] = sorted(content["joints"], key=lambda joint: joint["id"])
+    checked = type(DESCRIPTION).model_validate(content | {"patience": 0.1})
+    description = checked.model_copy(update={"patience": DESCRIPTION.patience})
+    ids = [joint.id for joint in description.joints]
+    with ServoLineEmulator(ids, description.baud, model=description.servo) as line:
+        bench = Bench(line, can, description, NoPads(len(HAND)))
+        status = bench.run()
+        assert bench.all_off()
+    assert status._fusion.count > 10
+    assert status._fusion.last.T_wo is not None
+    assert any("no pads" in text for text in bench.said)
 
 
 def test_a_camera_that_falls_silent_leaves_touch_and_says_so(bench):
