@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import math
+import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple, TypedDict, Unpack
 
@@ -221,6 +222,10 @@ class EstimatorConfig(BaseModel):
         Raises:
             ConfigError: The file cannot be read, or names an unknown preset or setting or a wrong value.
         """
+        if not isinstance(path, str | os.PathLike):
+            raise ConfigError(
+                f"settings are read from the path of a YAML file, got {type(path).__name__}"
+            )
         settings = read_yaml(Path(path), ConfigError, "settings from ")
         if settings is None:
             settings = {}

@@ -27,8 +27,25 @@ def adds(mesh: trimesh.Trimesh, T_est: gtsam.Pose3, T_true: gtsam.Pose3) -> floa
 
     Exact to rounding. The first call with a mesh sorts its triangles (20 ms), later ones take one or
     two milliseconds; ``Adds`` is several times faster with many pairs of poses at once.
+
+    Raises:
+        ValueError: What is given is no mesh or no pose.
     """
+    _check_pair(mesh, T_est, T_true)
     return _prepared(mesh)(T_est, T_true)
+
+
+def _check_pair(mesh: object, T_est: object, T_true: object) -> None:
+    if not (hasattr(mesh, "vertices") and hasattr(mesh, "faces")):
+        raise ValueError(
+            f"mesh must be a trimesh.Trimesh, got {type(mesh).__name__}: an ObjectModel has one as .mesh"
+        )
+    for name, T in (("T_est", T_est), ("T_true", T_true)):
+        if not hasattr(T, "between"):
+            raise ValueError(
+                f"{name} must be a gtsam.Pose3, got {type(T).__name__}: gtsam.Pose3(matrix) makes one of a "
+                "4x4 matrix"
+            )
 
 
 class Adds:

@@ -149,3 +149,5 @@ def test_an_empty_file_means_the_defaults(tmp_path):
 def test_a_missing_file_is_named(tmp_path):
     with pytest.raises(VtgtsamError, match="absent.yaml"):
         EstimatorConfig.from_yaml(tmp_path / "absent.yaml")
+    with pytest.raises(VtgtsamError, match="the path of a YAML file, got int"):
+        EstimatorConfig.from_yaml(3)

@@ -229,3 +229,10 @@ def test_errors_of_no_pairs_are_none():
     mesh, relative = CATALOGUE["ball"].mesh(), relative_poses([], [])
     for found in (Adds(mesh).each(relative), add_each(mesh, relative), rotation_errors(relative)):
         assert found.shape == (0,)
+
+
+def test_adds_of_what_is_no_mesh_or_pose_is_refused_with_what_makes_one():
+    mesh = trimesh.creation.box()
+    for arguments in (("mug", gtsam.Pose3(), gtsam.Pose3()), (mesh, np.eye(4), gtsam.Pose3())):
+        with pytest.raises(ValueError, match="must be a .*, got (str|ndarray): "):
+            adds(*arguments)

@@ -20,6 +20,11 @@ def load_config(config: EstimatorConfig | str | os.PathLike[str]) -> EstimatorCo
     """
     if isinstance(config, EstimatorConfig):
         return config
+    if not isinstance(config, str | os.PathLike):
+        raise ConfigError(
+            f"config must be an EstimatorConfig, a preset ({', '.join(PRESETS)}) or the path of a YAML file, "
+            f"got {type(config).__name__}"
+        )
     if str(config) in PRESETS:
         return PRESETS[str(config)]()
     if not Path(config).is_file():
@@ -53,6 +58,8 @@ def method_configs(names: Iterable[str], config: EstimatorConfig) -> dict[str, E
     Raises:
         ValueError: As ``check_methods``.
     """
+    if isinstance(names, str):
+        raise ValueError(f"methods must be a list of names, got the text {names!r}: [{names!r}]")
     names = list(names)
     check_methods(names)
     return {name: config.model_copy(update={"method": name}) for name in names}
@@ -65,7 +72,7 @@ def check_methods(names: Sequence[str]) -> None:
         ValueError: No name is given, one is unknown, or one is given twice.
     """
     known = get_args(Method)
-    unknown = [name for name in names if name not in known]
+    unknown = [str(name) for name in names if name not in known]
     if unknown:
         raise ValueError(
             f"unknown methods: {', '.join(unknown)}; the known ones are: {', '.join(known)}"

@@ -43,9 +43,10 @@ def read_spec(path: Path) -> mujoco.MjSpec:
         raise HandError(f"no hand description at {path}")
     text = path.read_bytes().decode("utf-8", errors="replace")
     if "<xacro:" in text:
+        stem = path.name.partition(".")[0]
+        expanded = f"{stem}.urdf" if path.name != f"{stem}.urdf" else f"{stem}_expanded.urdf"
         raise HandError(
-            f"{path} is a xacro file, which has to be expanded first: "
-            f"xacro {path.name} > {path.name.partition('.')[0]}.urdf"
+            f"{path} is a xacro file, which has to be expanded first: xacro {path.name} > {expanded}"
         )
     if "<mujoco" not in text and "<robot" not in text:
         raise HandError(
@@ -140,7 +141,7 @@ def compile_hand(spec: mujoco.MjSpec) -> mujoco.MjModel:
             if left_out is not None:
                 continue
             if not mesh_files.needed(spec):
-                raise HandError(f"MuJoCo cannot use this hand: {_one_line(error)}") from error
+                raise HandError(_unusable(error)) from error
             model = _compile_without_meshes(spec, error)
     _check_finite(model)
     _check_joints(model)
@@ -152,9 +153,17 @@ def _compile_without_meshes(spec: mujoco.MjSpec, error: Exception) -> mujoco.MjM
     try:
         model = spec.compile()
     except ValueError as second:
-        raise HandError(f"MuJoCo cannot use this hand: {_one_line(second)}") from second
+        raise HandError(_unusable(second)) from second
     _log.warning("hand loaded without its meshes, only joints and boxes: %s", _one_line(error))
     return model
+
+
+def _unusable(error: Exception) -> str:
+    """Why MuJoCo does not compile a hand, and what to do where that is known."""
+    said = f"MuJoCo cannot use this hand: {_one_line(error)}"
+    if "free joint can only be used" in said:
+        said += "; make the floating joint fixed, since T_wh says where the hand is"
+    return said
 
 
 def _check_finite(model: mujoco.MjModel) -> None:

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
@@ -15,6 +16,7 @@ from .file import UNNAMED
 from .pad_file import PadEntry, entries_from_text, is_entries
 from .pads import RIM
 
+_log = logging.getLogger(__name__)
 _NAMES_SHOWN = 12
 
 
@@ -67,6 +69,13 @@ def named(model: mujoco.MjModel, pattern: str) -> list[PadBox]:
     matching = [site for site in sites if fnmatchcase(site.own_name, pattern)]
     if round_ones := [site.own_name for site in matching if not site.is_box]:
         raise HandError(f'pad sites must be boxes (type="box"), not so: {", ".join(round_ones)}')
+    others = [geom for geom in geoms if fnmatchcase(geom.own_name, pattern)]
+    if matching and others:
+        _log.warning(
+            "box sites are the hand's pads; geoms of such names are none: %s. If they should be, make "
+            "sites of them",
+            ", ".join(geom.own_name for geom in others[:10]),
+        )
     if not matching:
         matching = [geom for geom in geoms if fnmatchcase(geom.name, pattern)]
         matching = [geom for geom in matching if geom.is_box or geom.own_name]

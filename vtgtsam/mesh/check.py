@@ -31,6 +31,7 @@ ENOUGH_HIT = 0.9  # of the rays through walls
 CROSSED = 2000  # points in an open mesh's grid from which rays are cast
 WRONG_POINTS = 0.01  # of them: rays meet cracks
 WRONG_AREA = 0.005  # of the surface: what is left out of account, slivers and seams
+INNER_AREA = 0.05  # of the surface within the object, which shortens depths
 THIN_AREA = 0.01  # of the surface, below which thin walls are not worth a word: sharp edges
 
 
@@ -250,6 +251,12 @@ def _audit_sides(air: float, solid: float, report: MeshReport) -> None:
             f"{100 * air:.1f} % of the surface has the outside on both of its sides in the distance field: "
             "sheets without a thickness, or parts with a wrong sign; do not use this mesh before its holes "
             "are closed and its normals recalculated"
+        )
+    if solid > INNER_AREA:
+        report.problems.append(
+            f"{100 * solid:.0f} % of the surface lies within the object (parts that overlap, inner walls): a point "
+            "deep inside takes them for the surface; unite the parts or delete what lies within in a mesh "
+            "editor, or turn the faces of a cavity so that they look into it"
         )
 
 

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import dataclasses
+import os
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -49,6 +50,8 @@ def read_recording(
     Raises:
         RecordingError: The recording or the map cannot be read or used, in one sentence.
     """
+    if not isinstance(path, str | os.PathLike):
+        raise RecordingError(f"a recording is given by its path, got {type(path).__name__}")
     topic_map = _topic_map(topics)
     source = open_source(path)
     bag = _collect(source, topic_map.topics)
@@ -73,6 +76,10 @@ def read_recording(
 def _topic_map(topics: TopicMap | str | Path | None) -> TopicMap:
     if topics is None:
         return TopicMap()
+    if not isinstance(topics, TopicMap | str | os.PathLike):
+        raise RecordingError(
+            f"topics must be a TopicMap or the path of a YAML file with one, got {type(topics).__name__}"
+        )
     return topics if isinstance(topics, TopicMap) else load_topics(topics)
 
 

@@ -281,8 +281,15 @@ class Recording:
         if missing:
             raise RecordingError(
                 f"{self.path}: topic {topic} lacks the hand's {what} {', '.join(missing)}; "
-                f"it has {', '.join(sorted(stream.columns))}"
+                f"it has {', '.join(sorted(stream.columns))}{_naming(len(missing), len(needed))}"
             )
+
+
+def _naming(missing: int, needed: int) -> str:
+    """What to do where none of the names is there."""
+    if missing < needed:
+        return ""
+    return ". Names must be the same in both: change them in a copy of the hand's file, or where they are sent"
 
 
 def _trajectory(stream: PoseStream | None) -> PoseTrajectory | None:

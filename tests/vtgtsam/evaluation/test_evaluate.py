@@ -319,6 +319,10 @@ def test_wrong_methods_configurations_and_jobs_are_refused(grasps, tmp_path):
         evaluate(grasps, ["vis", "vision"], "tuned", tmp_path)
     with pytest.raises(ValueError, match="different names"):
         evaluate(grasps, ["vis", "vis"], "tuned", tmp_path)
+    with pytest.raises(ValueError, match="a list of names, got the text 'vis'"):
+        evaluate(grasps, "vis", "tuned", tmp_path)
+    with pytest.raises(ConfigError, match="config must be an EstimatorConfig, a preset .* got int"):
+        evaluate(grasps, ["vis"], 3, tmp_path)
     with pytest.raises(ConfigError, match="'best' is neither a preset"):
         evaluate(grasps, ["vis"], "best", tmp_path)
     with pytest.raises(ValueError, match="jobs must be at least 1"):

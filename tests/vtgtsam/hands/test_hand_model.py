@@ -218,6 +218,28 @@ def test_box_geoms_are_pads_where_no_site_is(tmp_path):
     )
 
 
+def test_geoms_beside_sites_of_such_names_are_said_to_be_none(tmp_path, caplog):
+    path = tmp_path / "hand.xml"
+    geom = '<geom name="pad_extra" type="box" pos="0 0 0.011" size="0.01 0.01 0.001"/>'
+    path.write_text(MJCF.replace("<site", geom + "<site", 1))
+    assert "pad_extra" not in HandModel.from_mjcf(path).pad_names
+    assert "geoms of such names are none: pad_extra" in caplog.text
+
+
+def test_a_floating_base_and_a_xacro_named_urdf_say_what_to_do(tmp_path):
+    path = tmp_path / "hand.urdf"
+    path.write_text(
+        '<robot name="x"><link name="w"/><joint name="f" type="floating"><parent link="w"/><child link="b"/>'
+        '</joint><link name="b"><collision name="pad_a"><geometry><box size=".04 .04 .003"/></geometry>'
+        "</collision></link></robot>"
+    )
+    with pytest.raises(HandError, match="make the floating joint fixed"):
+        HandModel.from_mjcf(path)
+    path.write_text('<robot name="x"><xacro:finger/></robot>')
+    with pytest.raises(HandError, match="xacro hand.urdf > hand_expanded.urdf"):
+        HandModel.from_mjcf(path)
+
+
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [

@@ -143,6 +143,16 @@ def test_an_open_mesh_is_closed_by_a_lid_and_says_so(tmp_path):
     assert any("points at lids and inner walls left out" in line for line in report.lines)
 
 
+def test_parts_that_overlap_are_a_problem(tmp_path):
+    """Between their surfaces a point is deep in the object, but near a face. A quarter of each ball, less its rim."""
+    halves = [trimesh.creation.icosphere(3, 0.03).apply_translation((x, 0, 0)) for x in (0, 0.03)]
+    trimesh.util.concatenate(halves).export(tmp_path / "two.ply")
+    problems = check_mesh(tmp_path / "two.ply", resolution=64).problems
+    (problem,) = (p for p in problems if "within" in p)
+    share, words = problem.split(" % of the surface lies within the object (parts that overlap, ")
+    assert 18 < int(share) <= 25 and "unite the parts" in words
+
+
 def test_a_double_sided_mesh_is_a_body(tmp_path):
     ball = CATALOGUE["ball"].mesh()
     both = trimesh.Trimesh(

@@ -402,6 +402,13 @@ def test_a_hand_without_joints_is_refused(tmp_path):
         read_recording(path, hand=PadSet(gripper().pads)).measurements()
 
 
+def test_what_is_no_path_is_refused(tmp_path):
+    with pytest.raises(RecordingError, match="a recording is given by its path, got NoneType"):
+        read_recording(None)
+    with pytest.raises(RecordingError, match="topics must be a TopicMap or the path .* got dict"):
+        read_recording(tmp_path, topics={"joints": "/a"})
+
+
 def test_a_path_without_a_recording_is_refused(tmp_path):
     with pytest.raises(RecordingError, match="does not exist"):
         read_recording(tmp_path / "nothing.mcap")
