@@ -19,6 +19,6 @@ for TRACKER in depth depth-hand; do
         --tracker "$TRACKER" --calibration-error --jobs "$JOBS" --out "$OUT/recordings/$TRACKER"
 done
 
-say "estimating: vision alone, with non-penetration, with touch as well"
+say "estimating: vision alone, with non-penetration, with touch, with memory as well"
 vtgtsam evaluate "$OUT/recordings" --out "$OUT/evaluation" --jobs "$JOBS"
 say "done; look into a recording with: vtgtsam inspect $OUT/recordings/depth/vary/can_0.mcap"
