@@ -22,8 +22,10 @@ def close(hand, seconds, each_cycle=lambda: None):
     goal = hand.state().angles[JOINT]
     end = time.monotonic() + seconds
     while time.monotonic() < end:
-        here = hand.state().angles[JOINT]
-        goal = min(goal + 1.2 * CYCLE, here + 0.3, 1.1)
+        state = hand.state()
+        if state.ages.any():  # a busy machine
+            continue
+        goal = min(goal + 1.2 * CYCLE, state.angles[JOINT] + 0.3, 1.1)
         hand.command({JOINT: goal})
         each_cycle()
         time.sleep(CYCLE)
