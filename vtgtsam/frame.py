@@ -99,6 +99,8 @@ def check(
             of one frame, not of the program: it is left out and named in ``Frame.faults``.
     """
     faults = []
+    if not isinstance(measurement.time, int | float | np.integer | np.floating):
+        raise ValueError(f"time must be a number of seconds, got {measurement.time!r:.60}")
     touching = contact_bits(measurement.contacts, pads.pad_names)
     try:
         hand = hand_of(measurement, pads, before)
@@ -238,9 +240,9 @@ def _shaped(values: ArrayLike, shape: tuple[int, ...], name: str) -> np.ndarray:
     try:
         array = np.array(values, dtype=np.float64, order="C")  # its own, to be kept as it is
     except (TypeError, ValueError) as error:
-        raise ValueError(f"{name} must be numbers of shape {shape}, got {values!r}") from error
+        raise ValueError(f"{name} must be numbers of shape {shape}, got {values!r:.80}") from error
     if array.shape != shape:
-        raise ValueError(f"{name} must have shape {shape}, got shape {array.shape}: {values!r}")
+        raise ValueError(f"{name} must have shape {shape}, got shape {array.shape}: {values!r:.80}")
     return array
 
 

@@ -194,6 +194,7 @@ def test_an_instant_that_is_not_finite_is_not_used():
         ({"visual_sigma": (0.1, 0.1, 0.01)}, r"visual_sigma must have shape \(2,\), got .*3"),
         ({"visual_sigma": (0.1,) * 6}, r"visual_sigma must have shape \(2,\)"),
         ({"visual_sigma": 0.1}, r"visual_sigma must have shape \(2,\)"),
+        ({"time": "0"}, "time must be a number of seconds, got '0'"),
         ({"visual_sigma": "wide"}, "visual_sigma must be numbers"),
         ({"T_wp": [gtsam.Pose3()] * 8}, "T_wp must be numbers"),
         (
