@@ -84,9 +84,8 @@ def compare(stored: Path, recordings: Path | None) -> None:
 def stored_settings(text: str) -> EstimatorConfig:
     """The settings that a file of any version names; those that are gone are left out."""
     stored = json.loads(text)
-    return EstimatorConfig(
-        **{name: stored[name] for name in EstimatorConfig.model_fields if name in stored}
-    )
+    known = {name: stored[name] for name in EstimatorConfig.model_fields if name in stored}
+    return EstimatorConfig.simulation(**known)  # what a file does not name was as in the paper
 
 
 def rounding(

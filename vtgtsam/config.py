@@ -60,6 +60,7 @@ class Settings(TypedDict, total=False):
     solver: Solver
     iterations: int
     damping: float
+    damping_max: float
     log_theta_vis: float
     log_theta_tac: float
     w_vis: float | tuple[float, float]
@@ -106,6 +107,10 @@ class EstimatorConfig(BaseModel):
     damping: Positive = Field(
         default=100.0,  # a thousandth of the visual translation weight
         description="damping lambda added to J'J; for lm its first value",
+    )
+    damping_max: Positive = Field(
+        default=1e9,  # weights are about 1e6: at GTSAM's own 1e5 the damping does not shorten a step yet
+        description="damping at which lm gives up a step",
     )
     log_theta_vis: LogTheta = Field(
         default=5.0,  # 12 sigmas: 21 degrees or 37 mm
@@ -252,6 +257,7 @@ class EstimatorConfig(BaseModel):
 # Table I of the paper, and the literal reading of what it leaves open: no weights, no recovery, no covariances.
 _PAPER: Settings = {
     "damping": 0.02,
+    "damping_max": 1e5,
     "log_theta_vis": -6.5,
     "log_theta_tac": 0.0,
     "w_vis": 1.0,

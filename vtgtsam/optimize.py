@@ -32,25 +32,34 @@ def optimize(
 ) -> Solution:
     """Minimise a graph's cost from ``start`` on, with the configured solver."""
     if config.solver == "lm":
-        return levenberg_marquardt(graph, start, config.damping, config.iterations)
+        return levenberg_marquardt(
+            graph, start, config.damping, config.iterations, config.damping_max
+        )
     return fixed_damping(graph, start, config.damping, config.iterations)
 
 
 def levenberg_marquardt(
-    graph: gtsam.NonlinearFactorGraph, start: gtsam.Values, damping: float, iterations: int
+    graph: gtsam.NonlinearFactorGraph,
+    start: gtsam.Values,
+    damping: float,
+    iterations: int,
+    damping_max: float = 1e5,
 ) -> Solution:
     """GTSAM's optimiser: it adapts the damping and takes only steps that lower the cost."""
-    optimizer = gtsam.LevenbergMarquardtOptimizer(graph, start, _parameters(damping, iterations))
+    optimizer = gtsam.LevenbergMarquardtOptimizer(
+        graph, start, _parameters(damping, iterations, damping_max)
+    )
     values = optimizer.optimize()
     return Solution(values, optimizer.iterations(), optimizer.error())
 
 
 @cache
-def _parameters(damping: float, iterations: int) -> gtsam.LevenbergMarquardtParams:
+def _parameters(
+    damping: float, iterations: int, damping_max: float
+) -> gtsam.LevenbergMarquardtParams:
     parameters = gtsam.LevenbergMarquardtParams()
     parameters.setlambdaInitial(damping)
-    # Weights are about 1e6: at GTSAM's own bound of 1e5 the damping would not shorten a step yet, and LM give up.
-    parameters.setlambdaUpperBound(1e9)
+    parameters.setlambdaUpperBound(damping_max)
     parameters.setMaxIterations(iterations)
     # Costs can be squared metres: the default absolute tolerance of 1e-5 would stop millimetres away. A step that takes
     # a billionth of the cost away is some ten nanometres long, and the next ones would be rounding.

@@ -150,7 +150,8 @@ def test_a_bag_of_any_kind_reads_the_same_through_the_map(tmp_path, topic_map, k
     assert recording.hand.name == "gripper"
     assert recording.object.name == "ball"
     assert recording.truth_at([0.25])[0].x() == pytest.approx(0.25)
-    assert recording.warnings == []
+    # The pad's touch is made up: at the true pose it is 8 mm away, and that is told.
+    assert [w for w in recording.warnings if "touches while it is 8 mm" not in w] == []
 
 
 def test_a_sqlite_bag_of_an_old_ros_without_definitions_is_read_too(tmp_path, topic_map):
@@ -169,7 +170,8 @@ def test_a_rosbag2_folder_that_a_crash_left_without_metadata_is_read(tmp_path, t
     file.write_bytes(file.read_bytes()[:-400])
     recording = read_recording(path, topics=topic_map)
     assert len(recording.measurements()) == 28
-    assert len(recording.warnings) == 1
+    told = [w for w in recording.warnings if "touches while it is 8 mm" not in w]
+    assert len(told) == 1
 
 
 def test_a_damaged_sqlite_bag_says_so(tmp_path, topic_map):

@@ -54,6 +54,6 @@ def test_intrinsics_come_back_and_are_none_where_there_are_none(tmp_path):
 
 def test_an_image_that_is_none_is_refused(tmp_path):
     with RecordingWriter(tmp_path / "a.mcap") as writer:
-        writer._write_image("/camera/depth", 0.0, "png", b"nonsense")
+        writer._write_image("/camera/depth", 0.0, "png", b"nonsense", None)
     with pytest.raises(RecordingError, match=r"image on /camera/depth at 0\.000 s cannot be read"):
         list(depth_images(tmp_path / "a.mcap"))
