@@ -15,6 +15,7 @@ from typing import Any
 import pandas as pd
 
 from sim.constants import TURN_END, TURN_START
+from vtgtsam.vision.hand_back import BACK
 
 from .report import save, table
 
@@ -35,6 +36,8 @@ def claims(name: str, folder: Path) -> Iterator[dict[str, Any]]:
         pd.read_csv(folder / f"{file}.csv") for file in ("summary", "tests", "tests_time")
     )
     summary = summary[summary["object"] == "all"]
+    handed_back = summary["tracker"].astype(str).str.endswith(BACK)
+    summary = summary[~handed_back]  # what it sees has touch in it: no method is compared on it
     for condition, group in summary.groupby(CONDITION, dropna=False):
         chosen = dict(zip(CONDITION, condition, strict=True))
         for phase in ("before", "after"):

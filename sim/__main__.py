@@ -56,7 +56,11 @@ def generate(
         str, typer.Option(help="Factors on the camera's noise, separated by commas.")
     ] = "1",
     tracker: Annotated[
-        str, typer.Option(help="depth: knows nothing of the hand; depth-hand: knows its geometry.")
+        str,
+        typer.Option(
+            help="depth: knows nothing of the hand; depth-hand: knows its geometry; "
+            "with +back: is handed the fused pose where it has lost itself."
+        ),
     ] = "depth",
     hand: Annotated[
         str, typer.Option(help="Grasp description: isyhand, fourfinger or a YAML file.")
@@ -80,11 +84,10 @@ def generate(
     ] = None,
 ) -> None:
     """Make recordings of grasps. Interrupted, it goes on where it stopped when called again."""
-    from vtgtsam.vision.depth_tracker import FORMS
-
     from .datasets import generate as make
     from .objects import object_names
     from .progress import show_progress
+    from .record import TRACKERS
     from .sampling import DATASETS
     from .sequence import Settings
 
@@ -94,7 +97,7 @@ def generate(
         check_graphics()  # before the work, not after it
     scales = _numbers(noise, "--noise")
     _check_choice(dataset, DATASETS, "--dataset")
-    _check_choice(tracker, FORMS, "--tracker")
+    _check_choice(tracker, TRACKERS, "--tracker")
     names = object_names(objects.split(",") if objects else None, ycb)
     settings = Settings(
         dataset=dataset,

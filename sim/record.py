@@ -16,9 +16,11 @@ import numpy as np
 
 from vtgtsam.recording import RecordingWriter
 from vtgtsam.recording.provenance import mesh_file
-from vtgtsam.vision.depth_tracker import make_tracker
+from vtgtsam.vision.depth_tracker import FORMS, make_tracker
+from vtgtsam.vision.hand_back import BACK
 
 from .calibration import CalibrationError
+from .fused import FusedLoop
 from .observe import DepthVideo, Noise
 from .simulate import Trajectory
 from .world import World
@@ -26,6 +28,7 @@ from .world import World
 if TYPE_CHECKING:
     from .color import ColorVideo
 
+TRACKERS = (*FORMS, *(form + BACK for form in FORMS))
 # An instant and what to write then.
 Event = tuple[float, Callable[[RecordingWriter], None]]
 
@@ -65,7 +68,7 @@ def record(take: Take, tracker: str, path: Path, metadata: dict[str, str]) -> No
 
     Args:
         take: The sequence.
-        tracker: Form of the visual tracker, "depth" or "depth-hand".
+        tracker: Which visual tracker, one of ``TRACKERS``.
         path: The file to write.
         metadata: What it says about itself.
     """
@@ -97,9 +100,11 @@ def _frames(take: Take, form: str) -> Iterator[Event]:
 
     The tracker is told the object's true pose in the camera's frame at the first frame, as by the paper's
     registration, and nothing of the truth afterwards. A frame in which it has lost the object has no pose.
+    One with "+back" is told the fused pose, too, where it has lost itself.
     """
     t, camera = take.trajectory, take.video.camera
-    tracker = make_tracker(form, take.world.obj, camera, take.world.hand)
+    tracker = make_tracker(form.removesuffix(BACK), take.world.obj, camera, take.world.hand)
+    fused = FusedLoop(take, tracker) if form.endswith(BACK) else None
     T_co = take.video.T_wc.between(gtsam.Pose3(t.frame_T_wo[0]))
     tracker.start(take.T_wc * T_co)
     colors = itertools.repeat(None) if take.color is None else take.color.images(take.noise)
@@ -107,6 +112,8 @@ def _frames(take: Take, form: str) -> Iterator[Event]:
     for k, (image, color) in enumerate(zip(depths, colors, strict=False)):
         joints, T_wh = take.measured_joints(t.frame_joints[k]), gtsam.Pose3(t.frame_T_wh[k])
         tracked = tracker.update(image, take.T_wc, joints, T_wh)
+        if fused is not None:
+            fused.after(k, tracked)
         time = float(t.frame_time[k])
 
         def write(

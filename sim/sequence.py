@@ -38,7 +38,7 @@ class Settings:
     Attributes:
         dataset: "vary" or "occ".
         seed: All randomness comes from it, and from the sequence's object and number.
-        tracker: "depth" or "depth-hand".
+        tracker: One of ``record.TRACKERS``.
         hand: Name or path of the grasp description.
         ycb: Directory of YCB meshes; None for the built-in objects.
         images: Whether the images, depth and colour, are stored too.

@@ -18,6 +18,7 @@ from sim.sequence import SequenceName, Settings, make_sequence
 from vtgtsam.exceptions import MeshError
 from vtgtsam.recording import read_recording
 from vtgtsam.recording.camera import camera_intrinsics, depth_images
+from vtgtsam.vision import hand_back
 from vtgtsam.vision.tracker import TrackedPose
 
 BOX = SequenceName("gelatin_box", 0)
@@ -119,6 +120,35 @@ def test_the_tracker_is_told_the_truth_once_and_a_frame_it_lost_has_no_pose(tmp_
     lost = [4, 9]
     kept = [k for k in range(FRAMES) if k not in lost]
     np.testing.assert_allclose(recording.visual_poses.times, 0.033 * np.array(kept), atol=1e-9)
+
+
+class ToldSpy(Spy):
+    """The same, which can be told where to look; what it is told changes nothing."""
+
+    def __init__(self):
+        super().__init__()
+        self.told = []
+
+    def search_at(self, T_wo):
+        self.told.append((len(self.updates), T_wo))
+
+
+def test_a_tracker_with_back_is_told_the_fused_pose_where_it_lost_the_object(tmp_path, monkeypatch):
+    tracker = ToldSpy()
+    asked = []
+    monkeypatch.setattr(sim.record, "make_tracker", lambda form, *_: asked.append(form) or tracker)
+    monkeypatch.setattr(hand_back, "KNOWN", 1.0)
+    monkeypatch.setattr(hand_back, "KNOWN_ANGLE", 10.0)
+    make(tmp_path / "a", tracker="depth-hand+back")
+    make(tmp_path / "b", tracker="depth-hand")
+    with_back, without = (read_recording(tmp_path / f"{name}.1.mcap") for name in "ab")
+    assert asked == ["depth-hand", "depth-hand"]
+    assert (
+        with_back.info["tracker"] == "depth-hand+back" and without.info["tracker"] == "depth-hand"
+    )
+    frames = {count for count, _ in tracker.told}
+    assert {5, 10} <= frames and not {1, 2, 3, 4} & frames  # those it lost, not those it saw
+    assert all(np.isfinite(T_wo.matrix()).all() for _, T_wo in tracker.told)
 
 
 @needs_graphics

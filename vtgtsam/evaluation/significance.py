@@ -8,6 +8,8 @@ correction spans the tests that are read together, those with a method that has 
 - ``tests.csv``: all comparisons and phases of one condition (dataset, tracker, noise scale);
 - ``tests_time.csv``: all time steps of one comparison in one condition;
 - ``tests_noise.csv``: all comparisons and noise scales of one phase, dataset and tracker.
+
+A tracker that was handed fused poses back has touch in what it sees, so methods are not compared on its recordings.
 """
 
 from __future__ import annotations
@@ -20,6 +22,7 @@ import numpy as np
 import pandas as pd
 import scipy.stats
 
+from ..vision.hand_back import BACK
 from .bootstrap import median_interval
 from .collect import CONDITION
 from .phases import AFTER, BEFORE
@@ -34,6 +37,7 @@ _DIFFERENCE = ("difference_mm", "difference_low_mm", "difference_high_mm")
 
 COLUMNS = (*CONDITION, "phase", *_RESULT[:-1], *_DIFFERENCE, "note")
 MEMORY = "+mem"  # in the name of a method that remembers
+NOT_COMPARED = "the tracker was handed fused poses back: no comparison of methods"
 TIME_COLUMNS = (*CONDITION, "time_start_s", "time_end_s", *_RESULT)
 NOISE_COLUMNS = (*CONDITION, "phase", *_RESULT)
 
@@ -168,7 +172,9 @@ def _compare(
     with np.errstate(invalid="ignore"):
         differences = np.where(a == b, 0.0, b - a)  # two infinite errors are equal
     n_better = int((nanometres(differences) > 0).sum())
-    result = {"comparison": f"{better} vs {baseline}", "unit": unit}
+    result: dict[str, Any] = {"comparison": f"{better} vs {baseline}", "unit": unit}
+    if table["tracker"].astype(str).str.endswith(BACK).any():
+        return result | {"n": 0, "n_better": 0, "note": NOT_COMPARED}
     result |= {"n": len(a), "n_better": n_better} | signed_rank(differences)
     missing = table["sequence"].nunique() - _both(table)
     if missing:

@@ -12,7 +12,7 @@ import numpy as np
 from ..camera import CameraIntrinsics
 from .alignment import Evidence, Shape, align, outline_pixels, stride
 from .hand_mask import HandMask
-from .search import Search
+from .search import Search, score
 from .tracker import TrackedPose
 from .view import View, crop
 
@@ -48,6 +48,7 @@ class Demand(NamedTuple):
 # taken up only where it is clearly seen: a hand has places that look like many an object.
 FOLLOWED = Demand(visible_fraction=0.03, contradiction=0.15, misfit=4.0)
 FOUND = Demand(visible_fraction=0.15, contradiction=0.05, misfit=2.0)
+BETTER = 0.05  # by so much higher must the score be where the tracker was told to look
 
 FORMS = ("depth", "depth-hand")
 
@@ -79,11 +80,21 @@ class DepthTracker:
         self._hand = None if hand is None else HandMask(hand)
         self._search = Search(self._shape)
         self._T_wo: gtsam.Pose3 | None = None
+        self._hint: gtsam.Pose3 | None = None
 
     def start(self, T_wo: gtsam.Pose3) -> None:
         """Begin a sequence at the pose of its first frame."""
         self._T_wo = T_wo
+        self._hint = None
         self._search.forget()
+
+    def search_at(self, T_wo: gtsam.Pose3) -> None:
+        """Look for the object near this pose, too, in the next image (see ``hand_back``).
+
+        It is taken up only where the image shows the object there, and better than where it was followed to. What
+        the image does not show stays as it was at that pose, and the covariance says that it is not known.
+        """
+        self._hint = T_wo
 
     def update(
         self,
@@ -103,18 +114,26 @@ class DepthTracker:
         if self._hand is not None and joints is None:
             raise ValueError("a tracker that knows the hand needs its joint angles each frame")
         T_co = T_wc.inverse() * self._T_wo
-        view = crop(self.camera.check(depth), self.camera, *self._around(T_co))
+        hint, self._hint = self._hint, None
+        T_co_hint = None if hint is None else T_wc.inverse() * hint
+        view = crop(self.camera.check(depth), self.camera, *self._around(T_co, T_co_hint))
         if view is None:
             return TrackedPose.lost()
         view = view.strided(stride(outline_pixels(self._shape, view, T_co), FINE_PIXELS))
         if self._hand is not None and joints is not None:
             T_hc = T_wc if T_wh is None else T_wh.inverse() * T_wc
             view.hand[:] = self._hand.mask(view.depth, view.camera, T_hc, joints)
-        return self._track(view, T_co, T_wc)
+        return self._track(view, T_co, T_wc, T_co_hint)
 
-    def _track(self, view: View, T_co: gtsam.Pose3, T_wc: gtsam.Pose3) -> TrackedPose:
+    def _track(
+        self, view: View, T_co: gtsam.Pose3, T_wc: gtsam.Pose3, T_co_hint: gtsam.Pose3 | None
+    ) -> TrackedPose:
         T_co_now, seen = self._follow(view, T_co)
         good = self._meets(seen, FOLLOWED)
+        if T_co_hint is not None:
+            T_there, there = self._follow(view, T_co_hint)
+            if self._meets(there, FOUND) and not (good and score(there) < score(seen) + BETTER):
+                T_co_now, seen, good = T_there, there, True
         if not good and seen.measured > MIN_MEASURED * seen.outline:
             T_co_now, seen = self._follow(view, self._search.look(view, T_co, T_wc))
             good = self._meets(seen, FOUND)
@@ -152,9 +171,10 @@ class DepthTracker:
         at_center = A @ self._noise(seen) @ A.T
         return float(np.sqrt(np.linalg.eigvalsh(at_center[3:, 3:])[-1]))
 
-    def _around(self, T_co: gtsam.Pose3) -> tuple[np.ndarray, float]:
+    def _around(self, T_co: gtsam.Pose3, T_co_hint: gtsam.Pose3 | None) -> tuple[np.ndarray, float]:
         """Points that the view must show [m], shape (N, 3), camera frame, and the margin around them [m]."""
-        corners_c = T_co.transformFrom(self._shape.corners_o.T).T
+        poses = [T_co] if T_co_hint is None else [T_co, T_co_hint]
+        corners_c = np.concatenate([T.transformFrom(self._shape.corners_o.T).T for T in poses])
         if not self._search.images:
             return corners_c, MARGIN
         center_c = corners_c.mean(axis=0)  # lost, it may have turned to any side

@@ -4,7 +4,7 @@ import pandas as pd
 import pytest
 import scipy.stats
 
-from vtgtsam.evaluation.significance import holm, paired_tests, signed_rank
+from vtgtsam.evaluation.significance import holm, noise_tests, paired_tests, signed_rank
 
 
 def statistics(
@@ -48,6 +48,23 @@ def test_p_statistic_and_direction_agree_with_scipy():
     assert test["n"] == 30
     assert test["n_better"] == int((fused < vis).sum())
     assert test["unit"] == "sequence"
+
+
+def test_a_tracker_that_was_handed_fused_poses_back_takes_part_in_no_comparison():
+    rng = np.random.default_rng(0)
+    errors = {"vis": rng.uniform(1e-3, 9e-3, 30), "vis+tac+pen": rng.uniform(1e-3, 3e-3, 30)}
+    table = statistics(errors)
+    handed_back = table.assign(tracker="depth-hand+back")
+    after = handed_back.assign(phase="after")
+    for tests in (
+        paired_tests(handed_back).query("phase == 'all'"),
+        noise_tests(pd.concat([after, after.assign(noise_scale="2")])).query("phase == 'after'"),
+    ):
+        assert len(tests) and tests["p"].isna().all()
+        assert tests["note"].str.contains("handed fused poses back").all()
+    both = paired_tests(pd.concat([table, handed_back]))
+    alone = paired_tests(table)
+    pd.testing.assert_frame_equal(both[both["tracker"] == "depth"].reset_index(drop=True), alone)
 
 
 def test_effect_size_is_the_share_of_favourable_minus_unfavourable_ranks():
