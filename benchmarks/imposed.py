@@ -87,7 +87,7 @@ def _shifted(stream: NamedStream, by: dict[str, float]) -> NamedStream:
         name: (times, values + by.get(name, 0.0))
         for name, (times, values) in stream.columns.items()
     }
-    return NamedStream(columns, stream.arrivals)
+    return dataclasses.replace(stream, columns=columns)
 
 
 def _moved(stream: PoseStream, by: gtsam.Pose3) -> PoseStream:

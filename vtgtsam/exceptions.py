@@ -32,6 +32,10 @@ class CalibrationError(VtgtsamError):
     """A calibration cannot be read, or is of another robot, or recordings cannot give one."""
 
 
+class LiveError(VtgtsamError):
+    """A live run cannot go on."""
+
+
 class FactorError(VtgtsamError):
     """A factor's callback broke the contract that GTSAM does not check itself."""
 

@@ -78,9 +78,9 @@ def run(
     seed: Annotated[int, typer.Option(min=0, help="Of the emulation's noise.")] = 0,
 ) -> None:
     """Close the hand round an object, track it, and record everything."""
+    from hardware.live.ages import GIVE_UP
     from hardware.live.devices import Ports, load_hand_and_grasp, real_devices
     from hardware.live.session import Plan
-    from hardware.live.streams import GIVE_UP
     from hardware.servo.description import load_description
     from vtgtsam import load_object
     from vtgtsam.vision.depth_tracker import FORMS

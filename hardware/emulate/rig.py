@@ -16,7 +16,6 @@ from dataclasses import dataclass
 import gtsam
 import numpy as np
 
-from hardware.live.threads import Ticker
 from hardware.servo.description import HandDescription, wiring_of
 from sim.camera import D435, DepthCamera, add_depth_noise
 from sim.observe import camera_pose, window
@@ -27,6 +26,7 @@ from sim.world import World
 from vtgtsam import ObjectModel
 from vtgtsam.exceptions import VtgtsamError
 from vtgtsam.grasp import load_grasp
+from vtgtsam.live.threads import Ticker
 
 from .motor import JointPlant
 from .pad_signal import PadSignal, bench_scale, pad_parameters

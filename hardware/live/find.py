@@ -11,12 +11,11 @@ import numpy as np
 from hardware.camera.camera import Camera, CameraError
 from vtgtsam import HandModel, ObjectModel, adds
 from vtgtsam.camera import CameraIntrinsics
+from vtgtsam.exceptions import LiveError
 from vtgtsam.vision.alignment import Shape
 from vtgtsam.vision.first_pose import Candidate, candidates
 from vtgtsam.vision.hand_mask import HandMask
 from vtgtsam.vision.view import View, crop
-
-from .streams import LiveError
 
 IMAGES = 10  # whose median is looked at
 OLD_IMAGES = 60  # how many may come that were taken before they were asked for

@@ -19,13 +19,15 @@ import numpy as np
 
 from hardware.device import CommandError, HandDevice, HandState
 from vtgtsam import HandModel
+from vtgtsam.exceptions import LiveError
 from vtgtsam.grasp import GraspController, GraspDescription
 from vtgtsam.grasp.controller import CLOSED, LEAD
 from vtgtsam.grasp.controller import RATE as GROWTH
+from vtgtsam.live.clock import RunClock
+from vtgtsam.live.inputs import Inputs
+from vtgtsam.live.threads import Ticker
 
-from .recorder import Recorder
-from .streams import LiveError, RunClock, Streams, may_move
-from .threads import Ticker
+from .ages import ages, may_move
 
 log = logging.getLogger(__name__)
 
@@ -63,9 +65,8 @@ class Fingers:
         device: HandDevice,
         hand: HandModel,
         grasp: GraspDescription,
-        streams: Streams,
+        inputs: Inputs,
         clock: RunClock,
-        recorder: Recorder,
     ) -> None:
         """Nothing moves before ``run``.
 
@@ -73,15 +74,13 @@ class Fingers:
             device: The hand with torque on.
             hand: Its model.
             grasp: How it grasps.
-            streams: Where the joints go.
+            inputs: Where the joints go.
             clock: The run's clock.
-            recorder: Gets the joints.
         """
         self._device = device
         self._hand = hand
-        self._streams = streams
+        self._inputs = inputs
         self._clock = clock
-        self._recorder = recorder
         limits = device.limits
         self._limits = np.array([limits.get(n, (-np.pi, np.pi)) for n in hand.joint_names])
         self._driven = np.array([name in limits for name in hand.joint_names])
@@ -134,21 +133,14 @@ class Fingers:
             return
         joints = self.joints = self._hand.joint_array(state.angles)
         instant_ns = self._clock.instant_ns(state.time)
-        self._streams.put(
-            "joints",
-            instant_ns,
-            joints,
-            lambda: self._recorder.write(
-                "joint_states", instant_ns, self._hand.joint_names, joints
-            ),
-        )
+        self._inputs.put_joints(instant_ns, self._hand.joint_names, joints.tolist())
         self._move(joints)
 
     def _move(self, joints: np.ndarray) -> None:
         now_ns = self._clock.now_ns()
         dt = 0.0 if self._moved_ns is None else (now_ns - self._moved_ns) / 1e9
         self._moved_ns = now_ns
-        if self.phase is Phase.CLOSING and not self._may_close(now_ns):
+        if self.phase is Phase.CLOSING and not may_move(ages(self._inputs, now_ns)):
             self.waits += 1
             self._began_ns += round(dt * 1e9)  # the grasp's time stands still as well
             return
@@ -161,10 +153,6 @@ class Fingers:
         except CommandError as error:  # the fingers stay where they were told to be before
             self.waits += 1
             log.info("fingers wait: %s", error)
-
-    def _may_close(self, now_ns: int) -> bool:
-        ages = {name: self._streams.age(name, now_ns) for name in ("joints", "pads")}
-        return may_move(ages)
 
     def _goals(self, joints: np.ndarray, now_ns: int, dt: float) -> np.ndarray:
         if self.phase is Phase.OPENING:

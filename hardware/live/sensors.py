@@ -13,11 +13,9 @@ import numpy as np
 
 from hardware.camera.camera import Camera, CameraError, CameraFrame
 from hardware.device import PadDevice, PadState
+from vtgtsam.live.clock import RunClock
+from vtgtsam.live.inputs import Inputs
 from vtgtsam.vision.depth_tracker import DepthTracker
-
-from .fusion import as_recorded
-from .recorder import Recorder
-from .streams import RunClock, Streams
 
 log = logging.getLogger(__name__)
 
@@ -57,43 +55,37 @@ class Pads:
     Args:
         device: The pads, prepared.
         pad_names: The hand's pads, in the order of the states.
-        streams: Where the states go.
+        inputs: Where the states go.
         clock: The run's clock.
-        recorder: Gets them too.
     """
 
     def __init__(
         self,
         device: PadDevice,
         pad_names: tuple[str, ...],
-        streams: Streams,
+        inputs: Inputs,
         clock: RunClock,
-        recorder: Recorder,
     ) -> None:
         self._device = device
         self._names = pad_names
-        self._streams = streams
+        self._inputs = inputs
         self._clock = clock
-        self._recorder = recorder
         self._last = clock.start
 
     def run(self, stop: threading.Event) -> None:
-        """Take states until ``stop`` is set."""
+        """Take states until ``stop`` is set, from the present on."""
+        self._last = self._clock.start + self._clock.now_ns() / 1e9
         while not stop.wait(_POLL):
             for instant, state in self._device.since(self._last):
                 self._take(instant, state)
 
     def _take(self, instant: float, state: PadState) -> None:
         self._last = instant
-        instant_ns = self._clock.instant_ns(instant)
-        pressure = np.nan_to_num(state.pressure)  # a recording holds numbers only: 0 for a dead pad
-        self._streams.put(
-            "pads",
-            instant_ns,
-            state,
-            lambda: self._recorder.write(
-                "tactile", instant_ns, self._names, pressure, state.contacts
-            ),
+        self._inputs.put_contacts(
+            self._clock.instant_ns(instant),
+            self._names,
+            state.contacts.tolist(),
+            state.pressure.tolist(),
         )
 
 
@@ -108,12 +100,13 @@ class Vision:
         camera: The camera.
         tracker: Started at the object's pose.
         T_wh: Pose of the hand in the world.
-        streams: Where the visual poses go.
+        inputs: Where the visual poses go.
         clock: The run's clock.
-        recorder: Gets poses and images.
         images: Whether images are recorded.
 
     Attributes:
+        images: Images looked at.
+        image_ns: Instant of the last one [ns]; None before the first.
         lost: Images in which the object was not found, or not looked for.
         frame: The last images.
         trouble: Why there are no images now; empty where there are.
@@ -126,18 +119,18 @@ class Vision:
         camera: Camera,
         tracker: DepthTracker,
         T_wh: gtsam.Pose3,
-        streams: Streams,
+        inputs: Inputs,
         clock: RunClock,
-        recorder: Recorder,
         images: bool,
     ) -> None:
         self._camera = camera
         self._tracker = tracker
         self._T_wh = T_wh
-        self._streams = streams
+        self._inputs = inputs
         self._clock = clock
-        self._recorder = recorder
-        self._images = images
+        self._record = images
+        self.images = 0
+        self.image_ns: int | None = None
         self.lost = 0
         self.trouble = ""
         self.silent = 0.0
@@ -208,31 +201,28 @@ class Vision:
             self.odd_stamps += 1
             self._age = age
             return
-        joints = self._streams.held("joints", instant_ns)
+        joints = self._inputs.joints_at(instant_ns)
         if joints is None:
             return
-        if self._images:
+        if self._record:
             self._record_images(instant_ns, frame)
-        T_wo = None if self._rests else self._track(frame, joints.value)
+        T_wo = None if self._rests else self._track(frame, joints)
         self._rests = T_wo is None and not self._rests
         if T_wo is None:
             self.lost += 1
         else:
-            self._streams.put(
-                "vision",
-                instant_ns,
-                as_recorded(T_wo),
-                lambda: self._recorder.write("object_pose", instant_ns, T_wo),
-            )
-        self._streams.put("images", instant_ns, None)
+            self._inputs.put_vision(instant_ns, T_wo)
+        self.images += 1
+        self.image_ns = instant_ns
 
     def _track(self, frame: CameraFrame, joints: np.ndarray) -> gtsam.Pose3 | None:
         return self._tracker.update(frame.depth, gtsam.Pose3(), joints, self._T_wh).T_wo
 
     def _record_images(self, instant_ns: int, frame: CameraFrame) -> None:
-        self._recorder.write_image("depth", instant_ns, frame.depth)
+        recorder = self._inputs.recorder
+        recorder.write_image("depth", instant_ns, frame.depth)
         if frame.color is not None:
-            self._recorder.write_image("color", instant_ns, frame.color)
+            recorder.write_image("color", instant_ns, frame.color)
 
 
 def _ago(age: float) -> str:

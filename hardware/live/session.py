@@ -27,21 +27,24 @@ from hardware.camera.camera import Camera
 from hardware.camera.hand_view import check_hand_view
 from hardware.device import HandDevice, PadDevice
 from vtgtsam import EstimatorConfig, HandModel, Measurement, ObjectModel, PoseEstimator, adds
+from vtgtsam.exceptions import LiveError
 from vtgtsam.grasp import GraspDescription
+from vtgtsam.live.clock import RunClock
+from vtgtsam.live.fusion import Fusion, vision_hold
+from vtgtsam.live.inputs import Inputs
+from vtgtsam.live.recorder import Recorder
+from vtgtsam.live.threads import Workers
 from vtgtsam.recording import RecordingWriter, names
 from vtgtsam.recording.provenance import mesh_file, object_metadata
 from vtgtsam.vision.depth_tracker import DepthTracker, make_tracker
 from vtgtsam.vision.first_pose import Candidate
 
+from .ages import GIVE_UP, ages, check_ages
 from .devices import Devices
 from .find import APART, as_start, find_object, still_image
 from .fingers import Fingers, Phase
-from .fusion import STREAMS, Fusion
-from .recorder import Recorder
 from .sensors import Pads, Vision
 from .status import Status
-from .streams import GIVE_UP, MAX_AGE, LiveError, RunClock, Streams, check_ages
-from .threads import Workers
 from .view import LiveView, Setup, Where
 
 HOLD = 2.0  # [s], the closed hand is watched for so long before an emulated run ends
@@ -119,8 +122,9 @@ class _Session:
     ) -> None:
         self._plan, self._devices, self._ask, self._say = plan, devices, ask, say
         self._clock = RunClock()
-        self._streams = Streams(STREAMS)
         self._recorder = Recorder(None)
+        self._estimator = PoseEstimator(plan.hand, plan.obj, plan.config)
+        self._inputs = self._make_inputs()
         self._view: LiveView | None = None
 
     def carry_out(self) -> Status:
@@ -136,13 +140,14 @@ class _Session:
             pads = stack.enter_context(self._devices.open_pads())
             self._clock = RunClock()
             self._recorder = stack.enter_context(Recorder(self._writer()))
+            self._inputs = self._make_inputs()
             workers = stack.enter_context(Workers())
             # The last to come in is the first to go out: the torque.
             device = stack.enter_context(self._devices.open_hand())
             stack.callback(workers.stop.set)
             self._recorder.write("camera_pose", 0, gtsam.Pose3())
             self._recorder.write("camera_info", 0, camera.intrinsics)
-            self._recorder.write("hand_pose", 0, self._devices.T_ch)
+            self._inputs.put_hand_pose(0, self._devices.T_ch)
             fingers = self._open(device, workers)
             self._compare_with_image(camera, fingers)
             self._start_pads(pads, workers)
@@ -150,8 +155,8 @@ class _Session:
             vision = self._start_vision(camera, tracker, workers)
             fusion = self._start_fusion(workers)
             if self._view is not None:
-                self._view.watch(self._streams, fusion, self._clock, lambda: vision.frame)
-            status = Status(self._streams, fusion, fingers, vision, self._clock)
+                self._view.watch(self._inputs, fusion, self._clock, lambda: vision.frame)
+            status = Status(self._inputs, fusion, fingers, vision, self._clock)
             fingers.close()
             self._watch(status, fingers, workers)
         self._say("torque is off")
@@ -165,6 +170,16 @@ class _Session:
             raise LiveError("; ".join([_why_no_pose(vision), *status.remarks]))
         return status
 
+    def _make_inputs(self) -> Inputs:
+        return Inputs(
+            self._plan.hand.joint_names,
+            self._plan.hand.pad_names,
+            self._clock.now_ns,
+            self._recorder,
+            hold_ns=round(1e9 * vision_hold(self._estimator)),
+            hand_moves=True,
+        )
+
     def _writer(self) -> RecordingWriter | None:
         plan = self._plan
         if plan.record is None:
@@ -177,7 +192,7 @@ class _Session:
             "started": datetime.now(UTC).isoformat(timespec="seconds"),
             "config": json.dumps(plan.config.model_dump(mode="json"), sort_keys=True),
             "emulated": "no" if self._devices.lost is None else "yes",
-            names.VISION_HOLD: repr(MAX_AGE["vision"]),
+            names.VISION_HOLD: repr(vision_hold(self._estimator)),
         }
         mesh = mesh_file(plan.obj)
         return RecordingWriter(plan.record, metadata, hand_xml=plan.hand.xml, mesh=mesh)
@@ -196,8 +211,8 @@ class _Session:
         for _ in range(2):  # the second looks for the object
             tracker.update(wall, gtsam.Pose3(), joints, self._devices.T_ch)
         contacts = np.ones(len(plan.hand), dtype=bool)
-        estimator = PoseEstimator(plan.hand, plan.obj, plan.config)
-        estimator.update(Measurement(0.0, contacts, joints, T_co, self._devices.T_ch))
+        self._estimator.update(Measurement(0.0, contacts, joints, T_co, self._devices.T_ch))
+        self._estimator.reset()
 
     def _open(self, device: HandDevice, workers: Workers) -> Fingers:
         """Torque on, hand open, every joint tried."""
@@ -205,7 +220,7 @@ class _Session:
         self._wait_for("The hand will move. Keep away from it, then press Enter: ", workers)
         device.configure()
         device.enable()
-        fingers = Fingers(device, plan.hand, plan.grasp, self._streams, self._clock, self._recorder)
+        fingers = Fingers(device, plan.hand, plan.grasp, self._inputs, self._clock)
         workers.start("hand", fingers.run)
         deadline = time.monotonic() + _OPENING
         while fingers.phase is not Phase.OPEN:
@@ -235,8 +250,8 @@ class _Session:
 
         def watch() -> None:
             workers.check()
-            if self._streams.count("joints"):
-                joints = self._streams.age("joints", self._clock.now_ns())
+            if self._inputs.count("joints"):
+                joints = self._inputs.age("joints", self._clock.now_ns())
                 check_ages({"joints": joints}, self._plan.give_up)
 
         if self._ask is None and self._devices.put_object is not None:
@@ -260,7 +275,7 @@ class _Session:
         if found := device.prepare():
             self._say(found)
         pad_names = self._plan.hand.pad_names
-        pads = Pads(device, pad_names, self._streams, self._clock, self._recorder)
+        pads = Pads(device, pad_names, self._inputs, self._clock)
         workers.start("pads", pads.run)
 
     def _first_pose(self, camera: Camera, fingers: Fingers, workers: Workers) -> gtsam.Pose3:
@@ -317,18 +332,15 @@ class _Session:
             camera,
             tracker,
             self._devices.T_ch,
-            self._streams,
+            self._inputs,
             self._clock,
-            self._recorder,
             self._plan.images,
         )
         workers.start("vision", vision.run)
         return vision
 
     def _start_fusion(self, workers: Workers) -> Fusion:
-        plan = self._plan
-        estimator = PoseEstimator(plan.hand, plan.obj, plan.config)
-        fusion = Fusion(self._streams, estimator, self._devices.T_ch, self._clock, self._recorder)
+        fusion = Fusion(self._inputs, self._estimator, self._clock.now_ns)
         workers.start("fusion", fusion.run)
         return fusion
 
@@ -339,8 +351,7 @@ class _Session:
         try:
             while not workers.stop.wait(_GLANCE):
                 now_ns, elapsed = self._clock.now_ns(), time.monotonic() - start
-                ages = {name: self._streams.age(name, now_ns) for name in ("joints", "pads")}
-                check_ages(ages, self._plan.give_up)
+                check_ages(ages(self._inputs, now_ns), self._plan.give_up)
                 self._recorder.check()
                 status.show()
                 if fingers.phase is Phase.CLOSED and closed is None:

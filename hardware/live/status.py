@@ -10,10 +10,13 @@ from typing import TextIO
 
 import numpy as np
 
+from vtgtsam.live.clock import RunClock
+from vtgtsam.live.fusion import Fusion
+from vtgtsam.live.inputs import Inputs
+
+from .ages import ages, stale
 from .fingers import Fingers
-from .fusion import Fusion
 from .sensors import Vision
-from .streams import MAX_AGE, RunClock, Streams, stale
 
 _TERMINAL_PERIOD, _PLAIN_PERIOD = 0.2, 2.0  # [s], between lines
 _SHOWN = ("joints", "pads", "images", "fusion")
@@ -23,7 +26,7 @@ class Status:
     """The status of a run.
 
     Args:
-        streams: Its streams.
+        inputs: Its streams.
         fusion: Its estimator.
         fingers: Its servos.
         vision: Its camera and tracker.
@@ -36,14 +39,14 @@ class Status:
 
     def __init__(
         self,
-        streams: Streams,
+        inputs: Inputs,
         fusion: Fusion,
         fingers: Fingers,
         vision: Vision,
         clock: RunClock,
         out: TextIO = sys.stdout,
     ) -> None:
-        self._streams = streams
+        self._inputs = inputs
         self._fusion = fusion
         self._fingers = fingers
         self._vision = vision
@@ -79,7 +82,7 @@ class Status:
         for name in _SHOWN:
             text = f"{name} {self._rates[name].update(now, self._count(name)):.0f} Hz"
             if name != "fusion":
-                text += f" {1000 * self._streams.age(name, now_ns):.0f} ms"
+                text += f" {1000 * self._age(name, now_ns):.0f} ms"
             parts.append(text)
         return " | ".join([*parts, self._contacts(), self._warmest(), self._pose(now_ns)])
 
@@ -90,24 +93,36 @@ class Status:
             for name in _SHOWN
         )
         ticker = self._fingers.ticker
-        late = ", ".join(f"{n} {name}" for name, n in self._streams.refused().items() if n)
+        refused = {"joints": "joints", "pads": "contacts", "visual poses": "vision"}
+        late = ", ".join(
+            f"{count} {name}"
+            for name, stream in refused.items()
+            if (count := self._inputs.refused(stream))
+        )
         return [
             f"{self._fusion.count} poses in {self._seconds:.1f} s: {rates}",
             f"left out: {ticker.missed} of {ticker.ticks + ticker.missed} servo cycles, fingers "
             f"waited {self._fingers.waits} times, object not seen in {self._vision.lost} images, "
-            f"came too late: {late or 'nothing'}",
+            f"not newer than the one before: {late or 'nothing'}",
             *self._fusion.latencies.lines(),
             *(f"note: {remark}" for remark in self.remarks),
         ]
 
     def _count(self, name: str) -> int:
-        return self._fusion.count if name == "fusion" else self._streams.count(name)
+        if name in ("images", "fusion"):
+            return self._vision.images if name == "images" else self._fusion.count
+        return self._inputs.count("contacts" if name == "pads" else name)
+
+    def _age(self, name: str, now_ns: int) -> float:
+        if name != "images":
+            return ages(self._inputs, now_ns)[name]
+        image_ns = self._vision.image_ns
+        return np.inf if image_ns is None else (now_ns - image_ns) / 1e9
 
     def _contacts(self) -> str:
-        pads = self._streams.latest("pads")
-        if pads is None:
+        contacts = self._inputs.contacts_at(self._clock.now_ns())
+        if contacts is None:
             return "no pads"
-        contacts = pads.value.contacts
         return f"contacts {np.count_nonzero(contacts)}/{len(contacts)}"
 
     def _warmest(self) -> str:
@@ -117,8 +132,7 @@ class Status:
         return f"{np.nanmax(state.temperatures):.0f} °C, {np.nanmin(state.voltages):.1f} V"
 
     def _pose(self, now_ns: int) -> str:
-        ages = {name: self._streams.age(name, now_ns) for name in MAX_AGE}
-        late = ", ".join(stale(ages))
+        late = ", ".join(stale(ages(self._inputs, now_ns)))
         estimate = self._fusion.last
         verdict = "no visual pose yet" if estimate is None else estimate.status
         if self._vision.trouble:

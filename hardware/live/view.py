@@ -27,10 +27,10 @@ import numpy as np
 from hardware.camera.camera import CameraFrame
 from vtgtsam import Estimate, HandModel, ObjectModel
 from vtgtsam.camera import CameraIntrinsics
-
-from .fusion import VISION_HOLD_NS, Fusion
-from .streams import RunClock, Streams
-from .threads import Ticker
+from vtgtsam.live.clock import RunClock
+from vtgtsam.live.fusion import Fused, Fusion
+from vtgtsam.live.inputs import Inputs
+from vtgtsam.live.threads import Ticker
 
 if TYPE_CHECKING:
     from vtgtsam.viz.frame import FrameDrawing
@@ -41,6 +41,7 @@ log = logging.getLogger(__name__)
 RATE = 10.0  # [Hz]
 _END = 10.0  # [s], for the last values to be written; by then the torque is off
 _TRUTHS = 64  # kept, two seconds
+_RECENT_NS = 100_000_000  # between an image and a frame, for the true pose of the one to be that of the other
 _NICE = 5  # the hand goes first
 
 
@@ -96,8 +97,8 @@ class Snapshot:
         joints: Joint angles [rad].
         contacts: Contact bits, shape (K,).
         estimate: The newest estimate; None where there is none since the last snapshot.
-        T_wo_visual: What the tracker said at that instant.
-        T_wo_true: The true pose then, where an emulator knows it.
+        T_wo_visual: What the tracker said of the image that the frame took.
+        T_wo_true: The true pose in the last image, where an emulator knows it.
         frame: The newest images.
     """
 
@@ -126,7 +127,7 @@ class LiveView:
         self._pads = len(setup.hand)
         self._stop = threading.Event()
         self._thread: threading.Thread | None = None
-        self._last: Estimate | None = None
+        self._last: Fused | None = None
         self._truth: OrderedDict[int, gtsam.Pose3] = OrderedDict()  # by instant
         context = multiprocessing.get_context("spawn")
         taken, self._given = context.Pipe(duplex=False)
@@ -144,7 +145,7 @@ class LiveView:
 
     def watch(
         self,
-        streams: Streams,
+        inputs: Inputs,
         fusion: Fusion,
         clock: RunClock,
         frame: Callable[[], CameraFrame | None],
@@ -154,7 +155,7 @@ class LiveView:
         def run() -> None:
             ticker = Ticker(RATE)
             while ticker.wait(self._stop):
-                snapshot = self._snapshot(streams, fusion, clock, frame())
+                snapshot = self._snapshot(inputs, fusion, clock, frame())
                 if snapshot is not None and not self._hand_over(snapshot):
                     return
 
@@ -166,6 +167,14 @@ class LiveView:
         self._truth[instant_ns] = T_wo
         while len(self._truth) > _TRUTHS:
             self._truth.popitem(last=False)
+
+    def _truth_at(self, instant_ns: int) -> gtsam.Pose3 | None:
+        """The true pose of the last image before an instant, if that was just now."""
+        for stamp_ns in reversed(list(self._truth)):
+            if stamp_ns <= instant_ns:
+                recent = instant_ns - stamp_ns < _RECENT_NS
+                return self._truth[stamp_ns] if recent else None
+        return None
 
     def close(self) -> None:
         """Let it write what it has, for a moment, and end it."""
@@ -180,24 +189,29 @@ class LiveView:
             self._process.kill()
 
     def _snapshot(
-        self, streams: Streams, fusion: Fusion, clock: RunClock, frame: CameraFrame | None
+        self, inputs: Inputs, fusion: Fusion, clock: RunClock, frame: CameraFrame | None
     ) -> Snapshot | None:
-        estimate = None if fusion.last is self._last else fusion.last
-        self._last = fusion.last
-        now_ns = clock.now_ns() if estimate is None else round(estimate.time * 1e9)
-        joints, pads, vision = (streams.held(n, now_ns) for n in ("joints", "pads", "vision"))
-        if vision is not None and now_ns - vision.instant_ns > VISION_HOLD_NS:
-            vision = None  # as in the estimator
+        """The last frame where it is a new one, else joints and contacts as they are."""
+        latest = None if fusion.latest is self._last else fusion.latest
+        self._last = fusion.latest
+        if latest is not None:
+            seen = latest.cut.visual
+            return Snapshot(
+                time=latest.estimate.time,
+                joints=latest.cut.joints,
+                contacts=latest.cut.contacts,
+                estimate=latest.estimate,
+                T_wo_visual=None if seen is None else seen.T_wo,
+                T_wo_true=self._truth_at(latest.cut.stamp_ns),
+                frame=frame,
+            )
+        now_ns = clock.now_ns()
+        joints, contacts = inputs.joints_at(now_ns), inputs.contacts_at(now_ns)
         if joints is None:
             return None
+        none = np.zeros(self._pads, bool)
         return Snapshot(
-            time=now_ns / 1e9,
-            joints=joints.value,
-            contacts=np.zeros(self._pads, bool) if pads is None else pads.value.contacts,
-            estimate=estimate,
-            T_wo_visual=None if vision is None else vision.value,
-            T_wo_true=self._truth.get(now_ns),
-            frame=frame,
+            now_ns / 1e9, joints, none if contacts is None else contacts, None, None, None, frame
         )
 
     def _hand_over(self, snapshot: Snapshot) -> bool:

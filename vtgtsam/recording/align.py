@@ -29,7 +29,8 @@ STALE_NS = 10**9  # joints and contacts held for longer than this are worth a wa
 class Streams:
     """What a recording holds; None where it has no such stream.
 
-    ``vision`` has its latency taken off and is given in the world frame.
+    ``vision`` has its latency taken off and is given in the world frame. ``vision_sent`` is the same with the poses
+    that only repeat others, as a live run got it.
     """
 
     joints: NamedStream | None
@@ -39,6 +40,7 @@ class Streams:
     truth: PoseStream | None
     estimate: PoseStream | None
     camera_pose: PoseStream | None
+    vision_sent: PoseStream | None = None
 
 
 def to_world(vision: PoseStream, camera: PoseStream, warnings: list[str]) -> PoseStream | None:

@@ -55,6 +55,13 @@ class Decoded:
     entries: list[tuple[int, Any]]
     arrivals: Arrivals | None
 
+    @property
+    def received(self) -> list[tuple[int, Any, int]]:
+        """Stamp [ns], message and instant of receipt [ns] of each."""
+        known = [] if self.arrivals is None else self.arrivals.received_ns.tolist()
+        entries = zip(self.entries, known, strict=True)
+        return [(stamp, message, received) for (stamp, message), received in entries]
+
 
 def decode(
     topic: str, bag: Sequence[BagMessage], expected: Collection[str], warnings: list[str]

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -19,7 +19,9 @@ from .topics import ContactsTopic
 _FLOAT_ARRAYS = ("std_msgs/msg/Float32MultiArray", "std_msgs/msg/Float64MultiArray")
 _BYTE_ARRAY = "std_msgs/msg/UInt8MultiArray"
 
-Sample = tuple[int, tuple[str, ...], np.ndarray]  # stamp [ns], names, values
+# Stamp [ns], names, values, when it was received [ns].
+Sample = tuple[int, tuple[str, ...], np.ndarray, int]
+Piece = tuple[np.ndarray, np.ndarray, np.ndarray]  # stamps, values, receipts
 
 
 @dataclass(frozen=True)
@@ -29,10 +31,12 @@ class NamedStream:
     Attributes:
         columns: For each name, stamps [ns], int64, shape (N,), increasing, and values, shape (N,).
         arrivals: When messages were stamped and received.
+        received_ns: For each name, when each value was received [ns], int64, shape (N,); empty where that is not known.
     """
 
     columns: dict[str, tuple[np.ndarray, np.ndarray]]
     arrivals: Arrivals | None = None
+    received_ns: dict[str, np.ndarray] = field(default_factory=dict)
 
     @cached_property
     def times_ns(self) -> np.ndarray:
@@ -55,17 +59,54 @@ class NamedStream:
             ages[known] = np.maximum(ages[known], (instants_ns - times[index])[known])
         return values, ages
 
+    def held_knowing(
+        self, instants_ns: np.ndarray, known_ns: np.ndarray, names: Sequence[str]
+    ) -> np.ndarray:
+        """Last values at or before each instant that had been received when the frame was made.
+
+        Args:
+            instants_ns: The frames' instants [ns], shape (F,).
+            known_ns: When each was made [ns], by the clock of receipts, shape (F,).
+            names: The names.
+
+        Returns:
+            Values, shape (F, len(names)), NaN where there is none.
+        """
+        values = np.full((len(instants_ns), len(names)), np.nan)
+        for k, name in enumerate(names):
+            times, column = self.columns[name]
+            index = last_known(times, self.received_ns.get(name, times), instants_ns, known_ns)
+            values[index >= 0, k] = column[index[index >= 0]]
+        return values
+
     def start_ns(self, names: Sequence[str]) -> int:
         """The instant from which all the names are known [ns]."""
         return max(int(self.columns[name][0][0]) for name in names)
+
+
+def last_known(
+    times_ns: np.ndarray, received_ns: np.ndarray, instants_ns: np.ndarray, known_ns: np.ndarray
+) -> np.ndarray:
+    """Index of the last sample at or before each instant among those received by then, shape (F,); -1 where none was.
+
+    Args:
+        times_ns: Stamps of the samples [ns], increasing, shape (N,).
+        received_ns: When each was received [ns], shape (N,).
+        instants_ns: The instants [ns], shape (F,).
+        known_ns: Up to which receipt samples count for each [ns], shape (F,).
+    """
+    index = np.searchsorted(times_ns, instants_ns, side="right") - 1
+    while (unknown := (index >= 0) & (received_ns[index] > known_ns)).any():
+        index[unknown] -= 1
+    return index
 
 
 def read_joints(topic: str, bag: Sequence[BagMessage], warnings: list[str]) -> NamedStream | None:
     """Joint angles [rad] by joint name, or None where there are none that can be used."""
     decoded = decode(topic, bag, (messages.JOINT_STATE,), warnings)
     samples = [
-        (stamp, tuple(message.name), np.asarray(message.position, dtype=np.float64))
-        for stamp, message in decoded.entries
+        (stamp, tuple(message.name), np.asarray(message.position, dtype=np.float64), received)
+        for stamp, message, received in decoded.received
     ]
     return _stream(samples, topic, decoded.arrivals, warnings)
 
@@ -81,12 +122,12 @@ def read_contacts(
         return _array_stream(entry, bag, warnings)
     decoded = decode(entry.topic, bag, (messages.TACTILE_PADS,), warnings)
     samples: list[Sample] = []
-    for stamp, message in decoded.entries:
+    for stamp, message, received in decoded.received:
         if entry.threshold is None:
             bits = np.asarray(message.contact, dtype=np.float64)
         else:
-            bits = _bits(message.pressure, entry.threshold)
-        samples.append((stamp, tuple(message.name), bits))
+            bits = contact_bits(message.pressure, entry.threshold)
+        samples.append((stamp, tuple(message.name), bits, received))
     return _stream(samples, entry.topic, decoded.arrivals, warnings)
 
 
@@ -101,8 +142,8 @@ def _effort_stream(
             "a pad is in contact: contacts: {topic: ..., threshold: ...}"
         )
     samples = [
-        (stamp, tuple(message.name), _bits(message.effort, entry.threshold))
-        for stamp, message in decoded.entries
+        (stamp, tuple(message.name), contact_bits(message.effort, entry.threshold), received)
+        for stamp, message, received in decoded.received
     ]
     return _stream(samples, entry.topic, decoded.arrivals, warnings)
 
@@ -131,11 +172,14 @@ def _array_stream(
     ]
     if entry.calibration is not None:
         raw = pressures(raw, entry, threshold)
-    samples = [(stamp, entry.names, _bits(values, threshold)) for stamp, values in raw]
+    samples = [
+        (stamp, entry.names, contact_bits(values, threshold), received)
+        for (stamp, values), (_, _, received) in zip(raw, decoded.received, strict=True)
+    ]
     return _stream(samples, entry.topic, decoded.arrivals, warnings)
 
 
-def _bits(values: Sequence[float] | np.ndarray, threshold: float) -> np.ndarray:
+def contact_bits(values: Sequence[float] | np.ndarray, threshold: float) -> np.ndarray:
     """1 at or above the threshold, 0 below, NaN where a value is not finite."""
     array = np.array(list(values), dtype=np.float64)  # bytes too, which asarray takes for text
     return np.where(np.isfinite(array), array >= threshold, np.nan)
@@ -149,21 +193,24 @@ def _stream(
     publishers: dict[tuple[str, ...], list[Sample]] = {}
     for sample in usable:
         publishers.setdefault(sample[1], []).append(sample)
-    pieces: dict[str, list[tuple[np.ndarray, np.ndarray]]] = {}
+    pieces: dict[str, list[Piece]] = {}
     lost: dict[str, int] = {}
     for names, group in publishers.items():
         group = in_order(group, topic, warnings)
-        times = np.array([stamp for stamp, _, _ in group], dtype=np.int64)
-        table = np.array([values for _, _, values in group])
+        times, known = (np.array([s[i] for s in group], dtype=np.int64) for i in (0, 3))
+        table = np.array([values for _, _, values, _ in group])
         for k, name in enumerate(names):
             finite = np.isfinite(table[:, k])
             lost[name] = lost.get(name, 0) + int(np.count_nonzero(~finite))
             if finite.any():
-                pieces.setdefault(name, []).append((times[finite], table[finite, k]))
+                piece = (times[finite], table[finite, k], known[finite])
+                pieces.setdefault(name, []).append(piece)
     _note_lost(lost, len(usable), topic, warnings)
     if not pieces:
         return None
-    return NamedStream({name: _merged(parts) for name, parts in pieces.items()}, arrivals)
+    merged = {name: _merged(parts) for name, parts in pieces.items()}
+    columns = {name: (times, values) for name, (times, values, _) in merged.items()}
+    return NamedStream(columns, arrivals, {name: known for name, (_, _, known) in merged.items()})
 
 
 def _note_lost(lost: dict[str, int], count: int, topic: str, warnings: list[str]) -> None:
@@ -187,7 +234,7 @@ def _with_values(samples: Sequence[Sample], topic: str, warnings: list[str]) -> 
     """
     usable = [sample for sample in samples if 0 < len(sample[1]) == len(sample[2])]
     if samples and not usable:
-        _, names, values = max(samples, key=lambda sample: len(sample[1]) + len(sample[2]))
+        _, names, values, _ = max(samples, key=lambda sample: len(sample[1]) + len(sample[2]))
         if names or len(values):
             raise RecordingError(
                 f"topic {topic} has {len(values)} values for the {len(names)} names {', '.join(names)}"
@@ -197,9 +244,8 @@ def _with_values(samples: Sequence[Sample], topic: str, warnings: list[str]) -> 
     return usable
 
 
-def _merged(parts: list[tuple[np.ndarray, np.ndarray]]) -> tuple[np.ndarray, np.ndarray]:
+def _merged(parts: list[Piece]) -> Piece:
     """One name's column from several publishers'."""
-    times = np.concatenate([times for times, _ in parts])
-    values = np.concatenate([values for _, values in parts])
+    times, values, known = (np.concatenate(columns) for columns in zip(*parts, strict=True))
     order = np.argsort(times, kind="stable")
-    return times[order], values[order]
+    return times[order], values[order], known[order]

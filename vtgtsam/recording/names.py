@@ -15,7 +15,9 @@ CAMERA_INFO = "/camera/info"
 METADATA = "vtgtsam"
 HAND_ATTACHMENT = "hand"  # without the suffix, which says what kind of file it is
 OBJECT_ATTACHMENT = "object"
-VISION_HOLD = "vision_hold"  # in the metadata: how long a visual pose counts [s]
+VISION_HOLD = (
+    "vision_hold"  # in the metadata: how long a visual pose counted again in a live run [s]
+)
 CAMERA = "camera"  # in the metadata: the camera's name; the same name is the same camera
 ROBOT = "robot"  # in the metadata: the robot's name
 VISUAL_COVARIANCE = "visual_covariance"  # in the metadata: "tracker" where it is the tracker's own

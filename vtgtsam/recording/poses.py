@@ -81,11 +81,10 @@ class PoseStream:
 def read_poses(topic: str, bag: Sequence[BagMessage], warnings: list[str]) -> PoseStream | None:
     """The poses of a topic, or None where it has none that can be used."""
     decoded = decode(topic, bag, TYPES, warnings)
-    entries = decoded.entries
+    entries = decoded.received
     found: list[tuple[int, gtsam.Pose3, np.ndarray | None, int]] = []
-    received = [] if decoded.arrivals is None else decoded.arrivals.received_ns.tolist()
     unusable = 0
-    for (stamp, message), known in zip(entries, received, strict=True):
+    for stamp, message, known in entries:
         pose = messages.pose_from_fields(_pose_fields(message))
         if pose is not None:
             covariance, usable = _covariance(message, pose)
@@ -103,7 +102,7 @@ def read_poses(topic: str, bag: Sequence[BagMessage], warnings: list[str]) -> Po
     if not found:
         return None
     stamps, poses, covariances, known_ns = zip(*found, strict=True)
-    frames = dict.fromkeys(str(message.header.frame_id) for _, message in entries)
+    frames = dict.fromkeys(str(message.header.frame_id) for _, message, _ in entries)
     return PoseStream(
         np.array(stamps, dtype=np.int64),
         poses,

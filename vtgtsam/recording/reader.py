@@ -108,6 +108,7 @@ def _streams(bag: dict[str, list[BagMessage]], topics: Topics, warnings: list[st
         estimate=poses(topics.estimate),
         camera_pose=camera,
     )
+    streams.vision_sent = streams.vision
     return without_repeats(streams, topics, warnings)
 
 

@@ -17,10 +17,11 @@ from ..exceptions import RecordingError, VtgtsamError
 from ..input.plain import plain, sentence
 from ..measurement import Measurement
 from . import names
-from .align import VISION_HOLD_NS, Streams, measurements_at
+from .align import Streams, measurements_at
 from .consistency import Evidence, Finding, check
 from .named import NamedStream
 from .poses import PoseStream
+from .replay import replayed
 from .trajectory import PoseTrajectory
 
 if TYPE_CHECKING:
@@ -107,12 +108,12 @@ class Recording:
 
         Each stream is held at its last stamp; frames before the first joint, contact or hand pose
         are skipped with a warning. Whatever does not fit (``findings``) gets a warning too. A visual
-        pose counts for a second at most, or for as long as the metadata says that it did in a live
-        run.
+        pose counts for a second at most.
 
         Args:
             rate: "vision": a frame at each visual pose; a number: so many frames a second [Hz];
-                "recorded": a frame at each pose on /estimate/object_pose, as a live run had them.
+                "recorded": a frame at each pose on /estimate/object_pose, as a live run had them: with what had
+                been received by then, and each visual pose in the frame that fused it.
 
         Raises:
             RecordingError: A stream is missing, or one of the hand's joints or pads is.
@@ -124,9 +125,11 @@ class Recording:
         instants_ns = self._instants(rate, joints, contacts)
         found: list[str] = []
         try:
-            measurements = measurements_at(
-                instants_ns, self._streams, self.hand, found, self._vision_hold_ns()
-            )
+            if rate == "recorded":
+                hold_ns = self._vision_hold_ns()
+                measurements = replayed(self._streams, self.hand, found, hold_ns)
+            else:
+                measurements = measurements_at(instants_ns, self._streams, self.hand, found)
         except RecordingError as error:
             raise RecordingError(f"{self.path}: {error}") from None
         self.warn([*(finding.sentence for finding in self.findings), *found])
@@ -135,7 +138,7 @@ class Recording:
     def _vision_hold_ns(self) -> int:
         text = self.info.get(names.VISION_HOLD)
         if text is None:
-            return VISION_HOLD_NS
+            return 0
         try:
             seconds = float(text)
         except ValueError:

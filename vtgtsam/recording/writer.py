@@ -6,6 +6,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from fractions import Fraction
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any
@@ -29,6 +30,8 @@ MAX_CHUNK_NS = 10**9
 _RECORD_OVERHEAD = 64  # [bytes], above what an MCAP record has around its texts or message
 _MAX_STAMP = 2**31  # [s], a ROS stamp has a signed 32 bit number of seconds
 
+Seconds = float | Fraction
+
 
 class RecordingWriter:
     """Writer of one sequence; use it in a ``with`` statement.
@@ -39,7 +42,8 @@ class RecordingWriter:
 
     Every method takes the instant ``time`` [s] that its values belong to, which becomes the header's
     stamp, and ``received`` [s], when they became known, which becomes the log time (``time`` where it is not
-    given). Instants may come in any order, the calls from one thread at a time.
+    given). Instants may come in any order, the calls from one thread at a time. A ``Fraction`` keeps the
+    nanoseconds of an instant that counts from 1970; a float's steps are 0.2 us there.
     """
 
     def __init__(
@@ -86,10 +90,10 @@ class RecordingWriter:
 
     def joint_states(
         self,
-        time: float,
+        time: Seconds,
         joint_names: Sequence[str],
         joints: ArrayLike,
-        received: float | None = None,
+        received: Seconds | None = None,
     ) -> None:
         """Joint angles [rad], shape (J,), of the named joints."""
         position = _finite("joint angles", joints, (len(joint_names),))
@@ -104,11 +108,11 @@ class RecordingWriter:
 
     def tactile(
         self,
-        time: float,
+        time: Seconds,
         pad_names: Sequence[str],
         pressure: ArrayLike,
         contacts: ArrayLike,
-        received: float | None = None,
+        received: Seconds | None = None,
     ) -> None:
         """Pressure (fraction of 6 N) and contact bit of the named pads, each of shape (K,)."""
         pressure = _finite("pressure", pressure, (len(pad_names),))
@@ -118,16 +122,16 @@ class RecordingWriter:
         fields = {"name": list(pad_names), "pressure": pressure.tolist(), "contact": bits.tolist()}
         self._write(names.CONTACTS, messages.TACTILE_PADS, time, "", fields, received)
 
-    def hand_pose(self, time: float, T_wh: gtsam.Pose3, received: float | None = None) -> None:
+    def hand_pose(self, time: Seconds, T_wh: gtsam.Pose3, received: Seconds | None = None) -> None:
         """Pose of the hand's root frame in the world."""
         self._write_pose(names.HAND_POSE, time, T_wh, received)
 
     def object_pose(
         self,
-        time: float,
+        time: Seconds,
         T_wo: gtsam.Pose3,
         covariance: np.ndarray | None = None,
-        received: float | None = None,
+        received: Seconds | None = None,
     ) -> None:
         """The object's pose as the visual tracker reports it.
 
@@ -154,20 +158,22 @@ class RecordingWriter:
         pose = {"pose": _checked_fields(T_wo), "covariance": ros.ravel().tolist()}
         self._write(topic, messages.POSE_WITH_COVARIANCE, time, "world", {"pose": pose}, received)
 
-    def truth(self, time: float, T_wo: gtsam.Pose3, received: float | None = None) -> None:
+    def truth(self, time: Seconds, T_wo: gtsam.Pose3, received: Seconds | None = None) -> None:
         """The object's true pose."""
         self._write_pose(names.TRUTH, time, T_wo, received)
 
-    def estimate(self, time: float, T_wo: gtsam.Pose3, received: float | None = None) -> None:
+    def estimate(self, time: Seconds, T_wo: gtsam.Pose3, received: Seconds | None = None) -> None:
         """The object's pose as a live run estimated it at the instant it fused."""
         self._write_pose(names.ESTIMATE, time, T_wo, received)
 
-    def camera_pose(self, time: float, T_wc: gtsam.Pose3, received: float | None = None) -> None:
+    def camera_pose(
+        self, time: Seconds, T_wc: gtsam.Pose3, received: Seconds | None = None
+    ) -> None:
         """Pose of the camera in the world: x right, y down, z forward."""
         self._write_pose(names.CAMERA_POSE, time, T_wc, received)
 
     def camera_info(
-        self, time: float, intrinsics: CameraIntrinsics, received: float | None = None
+        self, time: Seconds, intrinsics: CameraIntrinsics, received: Seconds | None = None
     ) -> None:
         """The camera's intrinsics; its images have no distortion."""
         i = intrinsics
@@ -182,14 +188,14 @@ class RecordingWriter:
         }
         self._write(names.CAMERA_INFO, messages.CAMERA_INFO, time, "camera", fields, received)
 
-    def depth(self, time: float, depth: np.ndarray, received: float | None = None) -> None:
+    def depth(self, time: Seconds, depth: np.ndarray, received: Seconds | None = None) -> None:
         """Depth image [m], shape (H, W), stored in whole millimetres as a 16 bit PNG.
 
         Pixels that are not finite, not positive or beyond 65.535 m are stored as 0, no depth.
         """
         self._write_image(names.DEPTH, time, "png", encode_depth(depth), received)
 
-    def color(self, time: float, image: np.ndarray, received: float | None = None) -> None:
+    def color(self, time: Seconds, image: np.ndarray, received: Seconds | None = None) -> None:
         """Colour image, RGB, uint8, shape (H, W, 3), stored as JPEG."""
         self._write_image(names.COLOR, time, "jpeg", encode_color(image), received)
 
@@ -214,12 +220,12 @@ class RecordingWriter:
         self.close()
 
     def _write_pose(
-        self, topic: str, time: float, pose: gtsam.Pose3, received: float | None
+        self, topic: str, time: Seconds, pose: gtsam.Pose3, received: Seconds | None
     ) -> None:
         self._write(topic, messages.POSE, time, "world", {"pose": _checked_fields(pose)}, received)
 
     def _write_image(
-        self, topic: str, time: float, image_format: str, data: bytes, received: float | None
+        self, topic: str, time: Seconds, image_format: str, data: bytes, received: Seconds | None
     ) -> None:
         fields = {"format": image_format, "data": data}
         self._write(topic, messages.COMPRESSED_IMAGE, time, "camera", fields, received)
@@ -228,10 +234,10 @@ class RecordingWriter:
         self,
         topic: str,
         msgtype: str,
-        time: float,
+        time: Seconds,
         frame: str,
         fields: dict[str, Any],
-        received: float | None = None,
+        received: Seconds | None = None,
     ) -> None:
         stamp = _nanoseconds("time", time)
         known = stamp if received is None else _nanoseconds("received", received)
@@ -269,10 +275,10 @@ class RecordingWriter:
         self._mcap.add_attachment(0, 0, name, media_type, data)
 
 
-def _nanoseconds(what: str, seconds: float) -> int:
+def _nanoseconds(what: str, seconds: Seconds) -> int:
     if not (math.isfinite(seconds) and 0 <= seconds < _MAX_STAMP):
         raise ValueError(f"{what} must be seconds from 0 to {_MAX_STAMP}, got {seconds!r}")
-    return round(seconds * 1e9)
+    return round(seconds * 10**9)
 
 
 def _finite(what: str, values: ArrayLike, shape: tuple[int, ...]) -> np.ndarray:

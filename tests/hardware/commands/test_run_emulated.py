@@ -78,7 +78,7 @@ def test_a_replay_of_the_recording_gives_the_poses_of_the_live_run(emulated_run)
         if T_true is not None
     ]
     assert np.median(errors) < 0.01  # [m]
-    assert json.loads(recording.info["config"])["method"] == "vis+tac+pen"
+    assert json.loads(recording.info["config"])["method"] == "vis+tac+pen+mem"
 
 
 def _calibrations(folder, T_ch):

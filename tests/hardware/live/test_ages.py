@@ -6,9 +6,10 @@ import threading
 
 import pytest
 
-from hardware.live.recorder import Recorder
-from hardware.live.streams import LiveError, check_ages, may_move, stale
-from hardware.live.threads import Workers
+from hardware.live.ages import check_ages, may_move, stale
+from vtgtsam.exceptions import LiveError
+from vtgtsam.live.recorder import Recorder
+from vtgtsam.live.threads import Workers
 
 FRESH = {"joints": 0.01, "pads": 0.02, "vision": 0.05}
 
@@ -57,7 +58,7 @@ def test_one_failing_thread_stops_all_and_the_main_thread_hears_why():
 class FullDisk:
     path = "out.mcap"
 
-    def joint_states(self, time, value):
+    def joint_states(self, time, value, **known):
         raise OSError(errno.ENOSPC, "No space left on device")
 
     def close(self):

@@ -17,16 +17,17 @@ from hardware.device import PadState
 from hardware.emulate.servos import ServoLineEmulator
 from hardware.live.devices import load_hand_and_grasp
 from hardware.live.fingers import Fingers
-from hardware.live.fusion import STREAMS, Fusion, as_recorded
 from hardware.live.health import check_model
-from hardware.live.recorder import Recorder
-from hardware.live.streams import RunClock, Streams
 from hardware.servo.description import load_description
 from hardware.servo.hand import Hand
 from hardware.tactile.frame import FULL_SCALE
 from hardware.tactile.pressure import ContactDetector, PadScale
 from vtgtsam import EstimatorConfig, PoseEstimator, load_object
 from vtgtsam.exceptions import ConfigError
+from vtgtsam.live.clock import RunClock
+from vtgtsam.live.fusion import Fusion
+from vtgtsam.live.inputs import Inputs
+from vtgtsam.live.recorder import Recorder
 
 ROOT = Path(__file__).parents[3]
 ISYHAND = load_description("isyhand")
@@ -64,18 +65,19 @@ def first_estimate(description, can):
         for joint in description.joints:
             line.plant.place(joint.id, joint.ticks(min(angles[joint.name], joint.limits[1])))
         time.sleep(0.1)
-        clock, streams = RunClock(), Streams(STREAMS)
+        clock = RunClock()
+        inputs = Inputs(hand.joint_names, hand.pad_names, clock.now_ns, Recorder(None))
         with Hand(description, line.path) as device:
-            fingers = Fingers(device, hand, grasp, streams, clock, Recorder(None))
-            while streams.count("joints") == 0 or device.state().ages.any():
+            fingers = Fingers(device, hand, grasp, inputs, clock)
+            while inputs.count("joints") == 0 or device.state().ages.any():
                 fingers._cycle()  # torque is off: it reads, and commands are refused
     instant = clock.now_ns()
-    streams.put("joints", instant, fingers.joints)
-    streams.put("pads", instant, contacts(description, hand))
-    T_wo = as_recorded(T_WH * gtsam.Pose3(gtsam.Rot3.Rx(0.4), np.array([0.09, 0.05, 0.075])))
-    streams.put("vision", instant, T_wo)
-    streams.put("images", instant, None)
-    return Fusion(streams, estimator, T_WH, clock, Recorder(None)).step()
+    inputs.put_hand_pose(0, T_WH)
+    inputs.put_joints(instant, hand.joint_names, fingers.joints.tolist())
+    inputs.put_contacts(instant, hand.pad_names, contacts(description, hand).contacts.tolist())
+    T_wo = T_WH * gtsam.Pose3(gtsam.Rot3.Rx(0.4), np.array([0.09, 0.05, 0.075]))
+    inputs.put_vision(instant, T_wo)
+    return Fusion(inputs, estimator, clock.now_ns).step()
 
 
 def test_the_first_estimate_of_a_hand_in_another_order_is_that_of_the_ordered_one():
@@ -158,13 +160,14 @@ def test_a_hand_without_pads_is_fused_from_vision_and_its_shape():
     from hardware.live.sensors import NoPads, Pads
 
     hand, _ = load_hand_and_grasp(changed(pads=None))
-    clock, streams = RunClock(), Streams(STREAMS)
+    clock = RunClock()
+    inputs = Inputs(hand.joint_names, hand.pad_names, clock.now_ns, Recorder(None))
     device = NoPads(len(hand))
     assert "no pads" in device.prepare()
-    pads = Pads(device, hand.pad_names, streams, clock, Recorder(None))
+    pads = Pads(device, hand.pad_names, inputs, clock)
     for instant, state in device.since(clock.start - 1.0):
         pads._take(instant, state)
-    assert not streams.latest("pads").value.contacts.any()
+    assert not inputs.contacts_at(clock.now_ns()).any()
     assert device.since(time.monotonic()) == []  # 50 times a second, not more
 
 

@@ -14,7 +14,6 @@ from scipy.spatial.transform import Rotation
 
 from hardware.camera.camera import CameraError, CameraFrame
 from hardware.live.find import as_start, choose, object_view, still_image
-from hardware.live.streams import LiveError
 from sim.camera import D435, DepthCamera, add_depth_noise
 from sim.hands import load_description
 from sim.observe import camera_pose, window
@@ -22,6 +21,7 @@ from sim.placement import above_palm
 from sim.replay import Replay
 from sim.world import World
 from vtgtsam import adds, load_object
+from vtgtsam.exceptions import LiveError
 from vtgtsam.vision.alignment import Shape
 from vtgtsam.vision.first_pose import Candidate, candidates
 

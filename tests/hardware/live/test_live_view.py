@@ -10,7 +10,6 @@ import subprocess
 import sys
 import time
 from pathlib import Path
-from types import SimpleNamespace
 
 import gtsam
 import numpy as np
@@ -20,13 +19,15 @@ import pytest
 pytest.importorskip("rerun", reason="the viewer (extra viz) is not installed")
 
 from hardware.camera.camera import CameraFrame  # noqa: E402
-from hardware.device import PadState  # noqa: E402
 from hardware.live import view  # noqa: E402
-from hardware.live.streams import RunClock, Streams  # noqa: E402
 from hardware.live.view import LiveView, Setup, Where  # noqa: E402
-from vtgtsam import Measurement, PoseEstimator, load_hand, load_object  # noqa: E402
+from vtgtsam import PoseEstimator, load_hand, load_object  # noqa: E402
 from vtgtsam.camera import CameraIntrinsics  # noqa: E402
 from vtgtsam.exceptions import VtgtsamError  # noqa: E402
+from vtgtsam.live.clock import RunClock  # noqa: E402
+from vtgtsam.live.fusion import Fusion  # noqa: E402
+from vtgtsam.live.inputs import Inputs  # noqa: E402
+from vtgtsam.live.recorder import Recorder  # noqa: E402
 
 T_WH = gtsam.Pose3(gtsam.Rot3.RzRyRx(0.1, -0.2, 0.3), np.array([0.0, 0.1, 0.5]))
 T_WO = gtsam.Pose3(gtsam.Rot3(), np.array([0.09, 0.15, 0.5]))
@@ -40,29 +41,31 @@ def setup():
 
 
 class Run:
-    """What a live run has: streams, a clock, and a fusion with a new estimate at each call."""
+    """What a live run has: inputs, a clock, and a fusion with a new estimate at each call."""
 
     def __init__(self, setup):
-        self.streams = Streams(("joints", "pads", "vision"))
+        hand = self._hand = setup.hand
         self.clock = RunClock()
-        self.fusion = SimpleNamespace(last=None)
-        self._hand = setup.hand
-        self._estimator = PoseEstimator(setup.hand, setup.obj)
+        self.inputs = Inputs(
+            hand.joint_names, hand.pad_names, self.clock.now_ns, Recorder(None), hand_moves=True
+        )
+        self.inputs.put_hand_pose(0, T_WH)
+        estimator = PoseEstimator(hand, setup.obj)
+        self.fusion = Fusion(self.inputs, estimator, self.clock.now_ns, rate=1e6)
 
     def step(self):
         """One more sample of each stream, and its estimate; the instant [ns]."""
         now_ns = self.clock.now_ns()
         joints = np.full(len(self._hand.joint_names), 0.1)
         contacts = np.arange(len(self._hand)) < 2
-        self.streams.put("joints", now_ns, joints)
-        self.streams.put("pads", now_ns, PadState(1.0 * contacts, contacts))
-        self.streams.put("vision", now_ns, T_WO)
-        measurement = Measurement(now_ns / 1e9, contacts, joints, T_WO, T_WH)
-        self.fusion.last = self._estimator.update(measurement)
+        self.inputs.put_joints(now_ns, self._hand.joint_names, joints.tolist())
+        self.inputs.put_contacts(now_ns, self._hand.pad_names, contacts.tolist())
+        self.inputs.put_vision(now_ns, T_WO)
+        assert self.fusion.step() is not None
         return now_ns
 
     def show_in(self, shown):
-        shown.watch(self.streams, self.fusion, self.clock, lambda: FRAME)
+        shown.watch(self.inputs, self.fusion, self.clock, lambda: FRAME)
 
 
 def rows(path):

@@ -19,13 +19,12 @@ from hardware.live.devices import Devices, load_hand_and_grasp
 from hardware.live.fingers import Phase
 from hardware.live.sensors import NoPads
 from hardware.live.session import Plan, carry_out
-from hardware.live.streams import LiveError
 from hardware.servo.bus import ServoError
 from hardware.servo.description import load_description
 from hardware.servo.hand import Hand
 from vtgtsam import EstimatorConfig, load_object
 from vtgtsam.camera import CameraIntrinsics
-from vtgtsam.exceptions import VtgtsamError
+from vtgtsam.exceptions import LiveError, VtgtsamError
 from vtgtsam.vision.alignment import Evidence, Shape
 from vtgtsam.vision.hand_mask import HandMask
 from vtgtsam.vision.view import View

@@ -8,10 +8,10 @@ import gtsam
 import numpy as np
 
 from hardware.camera.camera import CameraError, CameraFrame
-from hardware.live.fusion import STREAMS
-from hardware.live.recorder import Recorder
 from hardware.live.sensors import Vision
-from hardware.live.streams import RunClock, Streams
+from vtgtsam.live.clock import RunClock
+from vtgtsam.live.inputs import Inputs
+from vtgtsam.live.recorder import Recorder
 
 POSE = gtsam.Pose3(gtsam.Rot3(), np.array([0.0, 0.0, 0.5]))
 
@@ -30,40 +30,40 @@ class Tracker:
 
 def watch(tracker, count, joints_at=(0,)):
     """The streams after images at 0, 10, 20, ... ms, whose first pixel is their number."""
-    streams = Streams(STREAMS)
+    inputs = Inputs(("joint",), ("pad",), lambda: 0, Recorder(None))
     for ms in joints_at:
-        streams.put("joints", ms * 1_000_000, np.array([ms]))
+        inputs.put_joints(ms * 1_000_000, ("joint",), [ms])
     frames = iter([CameraFrame(k / 100, np.full((2, 2), k), None) for k in range(count)])
     camera = SimpleNamespace(name="film", read=lambda: next(frames, None))
     now = [0.0]
     clock = RunClock(lambda: now[0])
     now[0] = 0.5
-    vision = Vision(camera, tracker, gtsam.Pose3(), streams, clock, Recorder(None), images=True)
+    vision = Vision(camera, tracker, gtsam.Pose3(), inputs, clock, images=True)
     vision.run(SimpleNamespace(is_set=lambda: False))
-    return streams, vision
+    return inputs, vision
 
 
 def test_each_image_is_tracked_with_the_joints_of_its_instant():
     tracker = Tracker()
-    streams, vision = watch(tracker, 4, joints_at=(0, 15))
+    inputs, vision = watch(tracker, 4, joints_at=(0, 15))
     assert tracker.asked == [0, 1, 2, 3]
     assert [int(q[0]) for q in tracker.joints] == [0, 0, 15, 15]
-    assert streams.count("vision") == streams.count("images") == 4
+    assert inputs.count("vision") == vision.images == 4
     assert vision.lost == 0
 
 
 def test_a_lost_object_is_looked_for_in_every_other_image_until_it_is_found():
     tracker = Tracker(blind={2, 4, 6})
-    streams, vision = watch(tracker, 12)
+    inputs, vision = watch(tracker, 12)
     assert tracker.asked == [0, 1, 2, 4, 6, 8, 9, 10, 11]
-    assert streams.count("images") == 12  # the estimator waits for none of them
-    assert streams.count("vision") == 6
+    assert vision.images == 12  # the estimator waits for none of them
+    assert inputs.count("vision") == 6
     assert vision.lost == 6
 
 
 def test_a_camera_that_comes_back_counts_again():
-    streams = Streams(STREAMS)
-    streams.put("joints", 0, np.zeros(1))
+    inputs = Inputs(("joint",), ("pad",), lambda: 0, Recorder(None))
+    inputs.put_joints(0, ("joint",), [0.0])
     now, stop = [0.0], threading.Event()
     frames = iter(
         [CameraFrame(0.0, np.zeros((2, 2)), None), *[CameraError("unplugged")] * 3]
@@ -82,30 +82,29 @@ def test_a_camera_that_comes_back_counts_again():
         camera,
         Tracker(),
         gtsam.Pose3(),
-        streams,
+        inputs,
         RunClock(lambda: now[0]),
-        Recorder(None),
         images=False,
     )
     vision.run(stop)
-    assert streams.count("images") == 2
+    assert vision.images == 2
     assert 0.5 < vision.silent < 1.0
     assert vision.trouble == "D435 has ended"
     assert vision.remarks()[0].startswith("no images for ")
 
 
 def test_an_image_with_a_stamp_that_cannot_be_right_is_left_out_and_told():
-    streams = Streams(STREAMS)
-    streams.put("joints", 0, np.zeros(1))
+    inputs = Inputs(("joint",), ("pad",), lambda: 0, Recorder(None))
+    inputs.put_joints(0, ("joint",), [0.0])
     now = [10.0]
     clock = RunClock(lambda: now[0])
     now[0] = 20.0
     frames = iter([CameraFrame(t, np.zeros((2, 2)), None) for t in (15.0, 21.0, 19.9)])
     camera = SimpleNamespace(name="D435", read=lambda: next(frames, None))
-    vision = Vision(camera, Tracker(), gtsam.Pose3(), streams, clock, Recorder(None), images=False)
+    vision = Vision(camera, Tracker(), gtsam.Pose3(), inputs, clock, images=False)
     vision.run(threading.Event())
     assert vision.odd_stamps == 2
-    assert streams.count("images") == 1
+    assert vision.images == 1
     assert any(
         "2 images left out: by their stamps they are from 1.0 s ahead" in r
         for r in vision.remarks()

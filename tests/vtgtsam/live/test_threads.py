@@ -5,7 +5,7 @@ import threading
 
 import pytest
 
-from hardware.live.threads import Ticker
+from vtgtsam.live.threads import Ticker
 
 
 class FakeClock:
