@@ -41,7 +41,8 @@ class Estimate:
         events: What began in this frame: ``grasped``, ``slipping``, ``dropped``.
         iterations: Iterations the solver took.
         error: Cost at the pose, 1/2 sum rho.
-        visual_weight: How much the visual pose counts after its robust loss, in [0, 1]; 0 where there is none.
+        visual_weight: How much the visual pose counts after its robust loss, in [0, 1]; 0 where there is none. A late
+            one is judged in the frame of its own instant.
         pad_distances: Signed distance of each pad to the object [m], shape (K,).
         pad_weights: How much each pad's contact counts after its robust loss, in [0, 1], shape (K,); 0 where
             a pad reports no contact.

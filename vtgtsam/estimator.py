@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import logging
 import math
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import gtsam
@@ -61,6 +62,18 @@ class Solved(NamedTuple):
     fit: Fit
     knowledge: Knowledge
     belief: Belief
+
+
+class Late(NamedTuple):
+    """What became of a late visual pose.
+
+    Attributes:
+        T_ho: The pose, in the hand.
+        weight: How much it counted in the frame of its instant.
+    """
+
+    T_ho: gtsam.Pose3
+    weight: float
 
 
 class PoseEstimator:
@@ -142,8 +155,9 @@ class PoseEstimator:
             return self._out_of_order(frame)
         if HAND_FROZEN in frame.faults and frame.T_ho_visual is not None:
             self._belief = None  # it was about another hand
+        late = None
         if measurement.visual_time is not None:
-            frame = self._fuse_late(frame, measurement.visual_time)
+            frame, late = self._fuse_late(frame, measurement.visual_time)
         if frame.pads_known:
             self._hand = Hand(frame.T_wh, frame.T_hp, frame.joints)
         mode = self._modes.mode(frame.time, frame.touching, frame.T_hp)
@@ -152,7 +166,11 @@ class PoseEstimator:
         if solved is None:
             return self._without_solving(frame, "waiting")
         self._belief, self._T_wo_given = solved.belief, None
-        return self._watch.after(frame, self._estimate(frame, mode, solved))
+        estimate = self._estimate(frame, mode, solved)
+        if late is not None:  # judged in its own frame
+            estimate = replace(estimate, visual_weight=late.weight)
+            frame = frame._replace(T_ho_visual=late.T_ho)
+        return self._watch.after(frame, estimate)
 
     def _step(self, frame: Frame, mode: Mode, before: Belief | None) -> Solved | None:
         """Solve one frame from what was believed before it; None where there is nowhere to start."""
@@ -232,28 +250,35 @@ class PoseEstimator:
         logger.info("t = %s: vision was refused for long, starting again from it", frame.time)
         return alone, None
 
-    def _fuse_late(self, frame: Frame, visual_time: float) -> Frame:
-        """Fuse a visual pose at its own instant, which is in the past; the frame is left without it."""
+    def _fuse_late(self, frame: Frame, visual_time: float) -> tuple[Frame, Late | None]:
+        """Fuse a visual pose at its own instant, which is in the past.
+
+        Returns:
+            The frame, which is left without it, and what became of it; the frame as it is and None where the pose is
+            not late.
+        """
         T_ho_visual = frame.T_ho_visual
         if T_ho_visual is None or visual_time >= frame.time - SAME:
-            return frame
+            return frame, None
         unseen = frame._replace(T_ho_visual=None, visual_covariance=None)
         hand = Hand(frame.T_wh, frame.T_hp, frame.joints)
         T_wh = self._history.hand_at(visual_time, hand, frame.time)
         if T_wh is None or not visual_time >= frame.time - KEPT:
-            return unseen._replace(faults=(*frame.faults, VISION_TOO_LATE))
+            return unseen._replace(faults=(*frame.faults, VISION_TOO_LATE)), None
         seen = T_wh.between(frame.T_wh.compose(T_ho_visual))
         late = frame._replace(time=visual_time, T_wh=T_wh, T_ho_visual=seen)
         if not self.config.memory:  # nothing is remembered that the pose could have changed
-            return frame._replace(T_ho_visual=seen)
+            return frame._replace(T_ho_visual=seen), None
         again = self._history.rewind(late, self._belief)
         self._belief = again[0].before
-        for past in again:
+        weight = 0.0
+        for k, past in enumerate(again):
             solved = self._step(past.frame, past.mode, self._belief)
             self._history.append(past._replace(before=self._belief))
             if solved is not None:
                 self._belief = solved.belief
-        return unseen
+                weight = solved.fit.visual_weight if k == 0 else weight
+        return unseen, Late(seen, weight)
 
     def _out_of_order(self, frame: Frame) -> Estimate:
         """A frame that is earlier than the last one: by itself, and nothing is remembered of it."""

@@ -155,6 +155,23 @@ def test_a_pose_that_is_half_a_second_late_is_left_out_and_named():
     assert "vision too late" in run(pads, obj, frames)[-1].faults
 
 
+def test_a_late_pose_is_judged_as_one_in_time_is():
+    pads, obj, frames, truth = grasp(count=60, turning=0.3)
+    wrong = gtsam.Pose3(gtsam.Rot3.Rx(np.deg2rad(14)), np.array([0.0, 0.03, 0.0]))
+    for n in range(30, 60):
+        frames[n] = replace(frames[n], T_wo_visual=truth[n].compose(wrong))
+    late = [
+        replace(frame, T_wo_visual=seen.T_wo_visual, visual_time=seen.time)
+        for frame, seen in zip(frames[2:], frames, strict=False)
+    ]
+    in_time, delayed = run(pads, obj, frames)[2:], run(pads, obj, [*frames[:2], *late])[2:]
+    for estimates in (in_time, delayed):
+        assert min(e.visual_weight for e in estimates[5:25]) > 0.3
+        assert max(e.visual_weight for e in estimates[31:]) < 0.1
+        assert {e.status for e in estimates[5:25]} == {"ok"}
+        assert {e.status for e in estimates[40:]} == {"contradicted"}
+
+
 def test_the_same_instant_twice_widens_nothing():
     pads, obj, frames, _ = grasp(count=20)
     unseen = replace(frames[-1], T_wo_visual=None, visual_sigma=None, contacts=np.zeros(12, bool))
