@@ -25,7 +25,7 @@ from ..factors.noise import welsch_of_norm, welsch_of_rows
 from ..factors.offset_contacts import contact_factor
 from ..factors.seen_by_camera import seen_factor
 from ..sdf.search import ClosestPoints
-from .keyframes import GAP, SPACING, Grasp, Keyframe
+from .keyframes import GAP, Grasp, Keyframe
 
 CAMERA, ZEROS = C(0), Q(0)  # keys of the shared unknowns
 MOST_KEYFRAMES = 100_000  # a grasp's poses have keys of their own
@@ -74,6 +74,8 @@ def add_grasp(
     graph.push_back(
         gtsam.PriorFactorVector(B(number), np.full(count, OFFSET), _offsets_noise(count))
     )
+    vision = _repetitions(VISION_ALIKE, grasp.spacing)
+    touch = _repetitions(CONTACTS_ALIKE, grasp.spacing)
     before: Keyframe | None = None
     for index, frame in enumerate(grasp.keyframes):
         key = pose_key(number, index)
@@ -86,46 +88,51 @@ def add_grasp(
                     frame.T_wh,
                     frame.T_wo_visual,
                     camera_origin,
-                    _visual_noise(frame, config),
+                    _visual_noise(frame, config, vision),
                 )
             )
         pads = JointedPads(grasp.hand, closest, frame.joints, frame.touching)
         touching = int(np.count_nonzero(frame.touching))
         graph.push_back(
             contact_factor(
-                key, ZEROS, B(number), pads, GAP_SIGMA, OVERLAP_SIGMA, _contact_noise(touching)
+                key,
+                ZEROS,
+                B(number),
+                pads,
+                GAP_SIGMA,
+                OVERLAP_SIGMA,
+                _contact_noise(touching, touch),
             )
         )
         if touching < count:
-            graph.push_back(clearance_factor(key, ZEROS, pads, _clearance_noise(count - touching)))
-        if before is not None and frame.time - before.time <= GAP:
+            graph.push_back(
+                clearance_factor(key, ZEROS, pads, _clearance_noise(count - touching, touch))
+            )
+        if before is not None and frame.time - before.time <= GAP * grasp.spacing:
             noise = _motion_noise(before, frame, config)
             graph.push_back(gtsam.BetweenFactorPose3(key - 1, key, gtsam.Pose3(), noise))
         before = frame
 
 
-def _repetitions(alike: float) -> float:
+def _repetitions(alike: float, spacing: float) -> float:
     """As how many keyframes that say the same one counts."""
-    return max(1.0, alike / SPACING)
+    return max(1.0, alike / spacing)
 
 
-def _visual_noise(frame: Keyframe, config: EstimatorConfig) -> gtsam.noiseModel.Base:
+def _visual_noise(frame: Keyframe, config: EstimatorConfig, n: float) -> gtsam.noiseModel.Base:
     covariance = frame.visual_covariance
     if covariance is None:
         covariance = np.diag(1.0 / np.repeat(config.visual_weights, 3))
-    n = _repetitions(VISION_ALIKE)
     noise = gtsam.noiseModel.Gaussian.Covariance(n * covariance)
     return welsch_of_norm(noise, VISION_THETA - math.log(n))
 
 
-def _contact_noise(touching: int) -> gtsam.noiseModel.Base:
-    n = _repetitions(CONTACTS_ALIKE)
+def _contact_noise(touching: int, n: float) -> gtsam.noiseModel.Base:
     noise = gtsam.noiseModel.Isotropic.Sigma(touching, math.sqrt(n))
     return welsch_of_rows(noise, CONTACT_THETA - math.log(n))
 
 
-def _clearance_noise(apart: int) -> gtsam.noiseModel.Base:
-    n = _repetitions(CONTACTS_ALIKE)
+def _clearance_noise(apart: int, n: float) -> gtsam.noiseModel.Base:
     return gtsam.noiseModel.Isotropic.Sigma(apart, math.sqrt(n) * OVERLAP_SIGMA)
 
 

@@ -14,6 +14,7 @@ from typing import NamedTuple
 import gtsam
 import numpy as np
 
+from ..estimate import Estimate
 from ..estimator import PoseEstimator
 from ..faults import words
 from ..frame import Frame, check, contact_bits
@@ -35,7 +36,7 @@ USELESS = {
     words.NO_FIT,
 }
 BLIND = {words.VISION_REPEATS, words.VISION_JUMPS, words.VISION_FAR, words.VISION_MILLIMETRES}
-GAP = 2.5 * SPACING  # [s], between keyframes farther apart the object may have been anywhere
+GAP = 2.5  # [spacings], between keyframes farther apart the object may have been anywhere
 
 
 class Keyframe(NamedTuple):
@@ -61,13 +62,14 @@ class Keyframe(NamedTuple):
 
 
 class Grasp(NamedTuple):
-    """A recorded grasp, or what is left of it.
+    """A grasp, or what is left of it.
 
     Attributes:
         name: What the recording is called.
         hand: Its hand.
         obj: Its object.
         keyframes: In the order of time.
+        spacing: Between neighbouring ones at least [s].
         seen: Share of the frames that touch whose visual pose memory believed.
         sigma: Median standard deviation of the estimated positions while a pad touches [m].
         faults: What was wrong with many of the frames, in the fixed words of ``faults``.
@@ -77,9 +79,69 @@ class Grasp(NamedTuple):
     hand: HandModel
     obj: ObjectModel
     keyframes: list[Keyframe]
+    spacing: float
     seen: float
     sigma: float
     faults: tuple[str, ...]
+
+
+class GraspLog:
+    """Collects a grasp's keyframes, one frame after another.
+
+    Args:
+        hand: The hand.
+        obj: The object.
+        most: The most keyframes; beyond, every other one is dropped, and from then on half as many are taken.
+    """
+
+    def __init__(self, hand: HandModel, obj: ObjectModel, most: int | None = None) -> None:
+        self._hand, self._obj, self._most = hand, obj, most
+        self.keyframes: list[Keyframe] = []
+        self._spacing = SPACING
+        self._frames = 0
+        self._touched = 0
+        self._believed = 0
+        self._variances: list[float] = []
+        self._faults: Counter[str] = Counter()
+
+    def add(self, measured: Measurement, estimate: Estimate) -> None:
+        """Note a frame.
+
+        Args:
+            measured: As the robot measured it, not corrected.
+            estimate: What an estimator with memory made of it.
+        """
+        self._frames += 1
+        self._faults.update(estimate.faults)
+        touching = contact_bits(measured.contacts, self._hand.pad_names)
+        if USELESS.intersection(estimate.faults) or estimate.T_wo is None or not touching.any():
+            return
+        blind = bool(BLIND.intersection(estimate.faults))
+        believed = estimate.visual_weight >= BELIEVED and not blind
+        self._touched += 1
+        self._believed += believed
+        self._variances.append(float(np.trace(estimate.covariance[3:, 3:])))
+        keyframes = self.keyframes
+        if keyframes and measured.time < keyframes[-1].time + self._spacing - 1e-3:
+            return
+        keyframes.append(_keyframe(check(measured, self._hand), estimate.T_wo, believed))
+        if self._most is not None and len(keyframes) > self._most:
+            del keyframes[1::2]
+            self._spacing *= 2
+
+    def grasp(self, name: str) -> Grasp:
+        """What has come together so far, under a name."""
+        often = OFTEN * self._frames
+        return Grasp(
+            name=name,
+            hand=self._hand,
+            obj=self._obj,
+            keyframes=list(self.keyframes),
+            spacing=self._spacing,
+            seen=self._believed / self._touched if self._touched else 0.0,
+            sigma=float(np.sqrt(np.median(self._variances))) if self._variances else float("inf"),
+            faults=tuple(f for f, count in self._faults.most_common() if count >= often),
+        )
 
 
 def grasp(name: str, estimator: PoseEstimator, frames: Sequence[Measurement]) -> Grasp:
@@ -90,28 +152,11 @@ def grasp(name: str, estimator: PoseEstimator, frames: Sequence[Measurement]) ->
         estimator: One with memory, which has seen nothing yet; it corrects what is known of the robot itself.
         frames: What was recorded.
     """
-    hand = estimator.hand
-    assert isinstance(hand, HandModel)
-    keyframes: list[Keyframe] = []
-    believed: list[bool] = []
-    spread: list[float] = []
-    faults: Counter[str] = Counter()
+    assert isinstance(estimator.hand, HandModel)
+    log = GraspLog(estimator.hand, estimator.obj)
     for measured in frames:
-        estimate = estimator.update(measured)
-        touching = contact_bits(measured.contacts, hand.pad_names)
-        faults.update(estimate.faults)
-        if USELESS.intersection(estimate.faults) or estimate.T_wo is None or not touching.any():
-            continue
-        blind = bool(BLIND.intersection(estimate.faults))
-        believed.append(estimate.visual_weight >= BELIEVED and not blind)
-        spread.append(float(np.trace(estimate.covariance[3:, 3:])))
-        if keyframes and measured.time < keyframes[-1].time + SPACING - 1e-3:
-            continue
-        keyframes.append(_keyframe(check(measured, hand), estimate.T_wo, believed[-1]))
-    seen = float(np.mean(believed)) if believed else 0.0
-    sigma = float(np.sqrt(np.median(spread))) if spread else float("inf")
-    often = tuple(fault for fault, count in faults.most_common() if count >= OFTEN * len(frames))
-    return Grasp(name, hand, estimator.obj, keyframes, seen, sigma, often)
+        log.add(measured, estimator.update(measured))
+    return log.grasp(name)
 
 
 def _keyframe(frame: Frame, T_wo: gtsam.Pose3, believed: bool) -> Keyframe:
