@@ -20,6 +20,7 @@ import numpy as np
 from gtsam.symbol_shorthand import Q, X
 
 from .calibration.calibration import Calibration
+from .calibration.change import Change
 from .compiled import on_disk
 from .config import EstimatorConfig
 from .covariance import covariance_of
@@ -46,6 +47,8 @@ OBJECT = X(0)  # key of T_ho
 ZEROS = Q(0)  # key of the joints' zeros dq
 
 JUMP_MUST_EXPLAIN = 0.3  # share of the cost that a pose after a jump may have to be believed while the object is held
+
+SAME_POINT = 1e-6  # [m]
 
 logger = logging.getLogger(__name__)
 
@@ -106,10 +109,7 @@ class PoseEstimator:
         config = EstimatorConfig() if config is None else config
         _require(config, EstimatorConfig, "config", "EstimatorConfig.tuned() is one")
         if calibration is not None:
-            _require(
-                calibration, Calibration, "calibration", "Calibration.from_yaml(path) reads one"
-            )
-            calibration.check_hand(hand)
+            _require_calibration(calibration, hand)
         self.hand = hand
         self.obj = obj
         self.config = config
@@ -133,6 +133,35 @@ class PoseEstimator:
         self._modes = ModeFilter(self.config)
         self._watch = Watch(self.hand, self.obj.sdf, self.config)
         self._prior: CalibrationPrior | None = None  # known once the hand is seen
+
+    def recalibrate(self, calibration: Calibration) -> None:
+        """Go on with another calibration; what is remembered moves to where it would be with it.
+
+        Args:
+            calibration: This robot's, in place of the one until now, or of none.
+
+        Raises:
+            ValueError: Its camera turns about another point than until now.
+            CalibrationError: It is another hand's.
+        """
+        _require_calibration(calibration, self.hand)
+        until_now = self.calibration.prior if self.calibration is not None else self._prior
+        if until_now is not None and not np.allclose(
+            until_now.camera_origin, calibration.camera_origin, rtol=0.0, atol=SAME_POINT
+        ):
+            raise ValueError(
+                f"the calibration's camera must turn about {until_now.camera_origin}, as until now, got "
+                f"{calibration.camera_origin}; make a new estimator for it"
+            )
+        change = Change(self.hand, self.calibration, calibration)
+        self.calibration = calibration
+        self._belief = None if self._belief is None else change.belief(self._belief)
+        self._history.recalibrate(change)
+        self._watch.recalibrate(change)
+        if self._hand is not None:
+            moved = change.hand(self._hand)
+            self._modes.displace(moved.T_hp[:, :3, 3] - self._hand.T_hp[:, :3, 3])
+            self._hand = moved
 
     def update(self, measurement: Measurement) -> Estimate:
         """Fuse one frame.
@@ -393,6 +422,11 @@ def _moved(T: gtsam.Pose3, points: np.ndarray) -> np.ndarray:
     """Points (N, 3), moved by T."""
     moved: np.ndarray = T.transformFrom(points.T).T
     return moved
+
+
+def _require_calibration(calibration: Calibration, hand: PadSet) -> None:
+    _require(calibration, Calibration, "calibration", "Calibration.from_yaml(path) reads one")
+    calibration.check_hand(hand)
 
 
 def _require(value: object, kind: type, name: str, remedy: str) -> None:

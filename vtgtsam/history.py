@@ -8,13 +8,16 @@ instant is solved again with the pose in it, from what was believed before it, a
 from __future__ import annotations
 
 from collections import deque
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import gtsam
 
 from .frame import Frame, Hand
 from .memory import Belief
 from .modes import Mode
+
+if TYPE_CHECKING:
+    from .calibration.change import Change
 
 KEPT = 0.5  # [s]
 SAME = 1e-3  # [s], instants that are closer are the same frame's
@@ -57,6 +60,13 @@ class History:
                 return T_wh
             after_time, after = past.frame.time, past.frame.T_wh
         return None
+
+    def recalibrate(self, change: Change) -> None:
+        """Have the frames as they would have been with another calibration."""
+        for past in list(self._past):
+            self._past.popleft()
+            before = None if past.before is None else change.belief(past.before)
+            self._past.append(Past(change.frame(past.frame), past.mode, before))
 
     def rewind(self, late: Frame, now: Belief | None) -> list[Past]:
         """Take out the frames from a late one's instant on, the late visual pose in its place among them.

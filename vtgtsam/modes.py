@@ -51,6 +51,10 @@ class ModeFilter:
         held = count >= self._config.held_pads and speed < self._config.held_speed
         return "held" if held else "moving"
 
+    def displace(self, by_h: np.ndarray) -> None:
+        """Have the pads where another calibration has them, moved in the hand by so much [m], shape (K, 3)."""
+        self._past = deque((time, positions + by_h) for time, positions in self._past)
+
     def _speed(self, time: float, positions_h: np.ndarray) -> float:
         """Speed of the fastest pad in the hand [m/s]; 0 in the first frame."""
         past = self._past

@@ -120,11 +120,15 @@ class Calibration:
         self.robot.check(recording)
 
     @cached_property
+    def camera_motion(self) -> gtsam.Pose3:
+        """C(e): by which motion of the world visual poses are off."""
+        about = gtsam.Pose3(gtsam.Rot3(), self.camera_origin)
+        return about.compose(gtsam.Pose3.Expmap(self.camera)).compose(about.inverse())
+
+    @cached_property
     def _camera_back(self) -> gtsam.Pose3:
         """C(e)^-1."""
-        about = gtsam.Pose3(gtsam.Rot3(), self.camera_origin)
-        moved = about.compose(gtsam.Pose3.Expmap(self.camera)).compose(about.inverse())
-        return moved.inverse()
+        return self.camera_motion.inverse()
 
     def corrected(self, measurement: Measurement) -> Measurement:
         """The measurement that a robot without these offsets would have made.

@@ -7,8 +7,9 @@ that memory refused are left out, for a tracker that sits beside the object for 
 
 from __future__ import annotations
 
+import math
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import gtsam
@@ -22,7 +23,11 @@ from ..hands.model import HandModel
 from ..measurement import Measurement
 from ..objects import ObjectModel
 
-SPACING = 1 / 6  # [s], between keyframes
+TRACKED = (
+    0.1  # [s], frames of a recording that are closer say much the same: one of them is tracked
+)
+SPACING = 0.2  # [s], between keyframes
+ROUNDING = 0.002  # [s], of stamps
 BELIEVED = 0.3  # visual weight below which memory has refused a visual pose
 OFTEN = 0.25  # share of the frames
 USELESS = {
@@ -122,12 +127,18 @@ class GraspLog:
         self._believed += believed
         self._variances.append(float(np.trace(estimate.covariance[3:, 3:])))
         keyframes = self.keyframes
-        if keyframes and measured.time < keyframes[-1].time + self._spacing - 1e-3:
+        if keyframes and measured.time < keyframes[-1].time + self._spacing - ROUNDING:
             return
         keyframes.append(_keyframe(check(measured, self._hand), estimate.T_wo, believed))
         if self._most is not None and len(keyframes) > self._most:
             del keyframes[1::2]
             self._spacing *= 2
+
+    def place(self, poses: Mapping[float, gtsam.Pose3]) -> None:
+        """Have the keyframes of some instants at better poses of the object in the hand."""
+        self.keyframes = [
+            frame._replace(T_ho=poses.get(frame.time, frame.T_ho)) for frame in self.keyframes
+        ]
 
     def grasp(self, name: str) -> Grasp:
         """What has come together so far, under a name."""
@@ -145,7 +156,7 @@ class GraspLog:
 
 
 def grasp(name: str, estimator: PoseEstimator, frames: Sequence[Measurement]) -> Grasp:
-    """Track a recording with memory, and keep its keyframes.
+    """Track a recording with memory, at 10 Hz at most, and keep its keyframes.
 
     Args:
         name: What to call it.
@@ -154,8 +165,11 @@ def grasp(name: str, estimator: PoseEstimator, frames: Sequence[Measurement]) ->
     """
     assert isinstance(estimator.hand, HandModel)
     log = GraspLog(estimator.hand, estimator.obj)
+    last = -math.inf
     for measured in frames:
-        log.add(measured, estimator.update(measured))
+        if measured.time >= last + TRACKED - ROUNDING:
+            log.add(measured, estimator.update(measured))
+            last = measured.time
     return log.grasp(name)
 
 

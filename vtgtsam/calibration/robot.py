@@ -55,6 +55,18 @@ class Robot:
                 )
         return robot
 
+    @classmethod
+    def of_hand(cls, hand: PadSet) -> Robot:
+        """A hand whose camera is not known.
+
+        Raises:
+            CalibrationError: It has no joints.
+        """
+        joint_names = getattr(hand, "joint_names", None)
+        if joint_names is None:
+            raise CalibrationError(f"a calibration corrects joints; {hand!r} has none")
+        return cls(getattr(hand, "name", ""), joint_names)
+
     def check_hand(self, hand: PadSet, whose: str = "this calibration") -> None:
         """Refuse another hand.
 

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import gtsam
 import numpy as np
 
@@ -11,11 +13,15 @@ from ..hands.pads import PadSet
 from .lasting import Lasting
 from .words import HAND_FROZEN, JOINTS_DEGREES, JOINTS_OUT_OF_RANGE
 
+if TYPE_CHECKING:
+    from ..calibration.change import Change
+
 BEYOND = 0.35  # [rad] or [m], beyond a joint's limits: more than a zero that is off
 DEGREES = 7.0  # no joint of a hand turns by more than a turn [rad]
 SEEN_MOVING = 0.015  # [m], more than trackers jitter
 SEEN_TURNING = np.deg2rad(15.0)  # [rad]
 SEEN_FOR = 0.2  # [s]
+ROUNDING = 1e-12  # [m], of pads that a calibration has moved
 
 
 class HandWatch:
@@ -36,6 +42,11 @@ class HandWatch:
         self._still: Frame | None = None  # since then the hand's numbers are the same
         self._seen: gtsam.Pose3 | None = None  # the visual pose then
         self._moves = Lasting(SEEN_FOR)
+
+    def recalibrate(self, change: Change) -> None:
+        """Have seen everything with another calibration."""
+        self._still = None if self._still is None else change.frame(self._still)
+        self._seen = None if self._seen is None else change.pose(self._seen)
 
     def before(self, frame: Frame, vision_jumped: bool) -> tuple[Frame, tuple[str, ...]]:
         """The frame, without pads that are somewhere else, and what is wrong."""
@@ -69,4 +80,5 @@ class HandWatch:
 
 
 def _same_hand(a: Frame, b: Frame) -> bool:
-    return np.array_equal(a.T_hp, b.T_hp) and a.T_wh.equals(b.T_wh, 0.0)
+    same_pads = np.abs(a.T_hp - b.T_hp).max() < ROUNDING
+    return bool(same_pads) and a.T_wh.equals(b.T_wh, 0.0)

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import gtsam
 import numpy as np
 
@@ -10,6 +12,9 @@ from ..frame import Frame
 from ..sdf.grid import GridSdf
 from .lasting import Lasting
 from .words import VISION_FAR, VISION_JUMPS, VISION_MILLIMETRES, VISION_REPEATS
+
+if TYPE_CHECKING:
+    from ..calibration.change import Change
 
 REPEATED = (
     0.2  # [s], a tracker whose numbers stay the same to the last digit for so long has stopped
@@ -37,6 +42,13 @@ class VisionWatch:
         self._repeats = Lasting(REPEATED)
         self._far = Lasting(DENIED)
         self._jumped = -np.inf
+
+    def recalibrate(self, change: Change) -> None:
+        """Have seen everything with another calibration."""
+        if self._last is not None:
+            time, T_wo, T_ho = self._last
+            moved = change.pose(T_wo)
+            self._last = time, moved, T_ho.compose(T_wo.between(moved))
 
     def before(self, frame: Frame) -> tuple[Frame, tuple[str, ...]]:
         """The frame, without a visual pose that cannot be one, and what is wrong."""

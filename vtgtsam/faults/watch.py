@@ -20,6 +20,7 @@ from .vision import VisionWatch
 from .words import CONTACTS_INVERTED
 
 if TYPE_CHECKING:
+    from ..calibration.change import Change
     from ..estimate import Estimate, Status
 
 CONTRADICTED = 0.2  # [s], a frame or two of noise contradict nothing
@@ -44,6 +45,11 @@ class Watch:
         self._events = EventWatch()
         self._contradicted = Lasting(CONTRADICTED)
         self._inverted = False  # in the last frame
+
+    def recalibrate(self, change: Change) -> None:
+        """Have seen everything with another calibration."""
+        self._vision.recalibrate(change)
+        self._hand.recalibrate(change)
 
     def before(self, frame: Frame) -> Frame:
         """The frame, without what is known to be wrong before it is solved."""
