@@ -76,12 +76,23 @@ def calibration(
     grasps: Annotated[
         str, typer.Option(help="Numbers of earlier grasps, separated by commas.")
     ] = "0,1,2,5,10",
+    methods: Annotated[
+        str, typer.Option(help="Methods, separated by commas.")
+    ] = "vis,vis+tac+pen,vis+tac+pen+mem",
     jobs: Annotated[int, typer.Option(min=1, help="Processes to use.")] = 2,
+    recorded: Annotated[
+        bool,
+        typer.Option(
+            "--recorded",
+            help="Judge the robots that made the recordings (sim generate --robot), whatever the tracker.",
+        ),
+    ] = False,
 ) -> None:
     """What a robot gains from calibrating itself, by the number of its earlier grasps."""
     from .calibration import run
 
-    run(recordings, robots, tests, [int(count) for count in grasps.split(",")], jobs)
+    counts = [int(count) for count in grasps.split(",")]
+    run(recordings, robots, tests, counts, methods.split(","), jobs, recorded)
 
 
 @app.command()

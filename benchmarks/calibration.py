@@ -7,36 +7,37 @@ earlier grasps in an order of its own, and is judged on grasps that were not amo
 
 from __future__ import annotations
 
+import json
 import time
 from collections.abc import Iterator, Sequence
 from functools import cache, partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from vtgtsam import Calibration, EstimatorConfig, Measurement, PoseEstimator, read_recording
+from vtgtsam.atomic import write_text
 from vtgtsam.calibration.calibrate import run as calibrate
+from vtgtsam.calibration.online import OnlineCalibration
 from vtgtsam.calibration.robot import Robot
 from vtgtsam.evaluation.engine import run_tasks
 from vtgtsam.evaluation.find import find_recordings
 from vtgtsam.evaluation.phases import AFTER, turn_phases
+from vtgtsam.exceptions import RecordingError
 from vtgtsam.metrics import Adds, relative_poses
 from vtgtsam.recording import Recording
 from vtgtsam.recording.frames import evaluation_frames
 
+from .calibration_report import LIMIT, ONLINE, figure, tables
 from .imposed import as_robot, true_offsets
-from .report import save, table
+from .report import RESULTS, save
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-METHODS = ("vis", "vis+tac+pen", "vis+tac+pen+mem")
 FIRST_ROBOT = 5000  # lower numbers are for choosing settings
 EVERY = 5  # frames, of which one is compared with the truth
 FAR = 5e-3  # [m], an error above is a lost object
+PARTS = RESULTS / "calibration.parts.json"  # what is done of an unfinished run
 EXACT = 1e-6  # standard deviation of offsets that are given, rad and m
-LIMIT = "true offsets"  # in the place of a number of grasps
 
 
 class Case(NamedTuple):
@@ -47,45 +48,112 @@ class Case(NamedTuple):
         earlier: Recordings of its earlier grasps, in their order.
         tests: Recordings that it is judged on.
         counts: Numbers of earlier grasps to calibrate from.
+        methods: What is judged.
+        imposed: Whether the recordings get its errors; otherwise they have them.
     """
 
     robot: int | None
     earlier: tuple[Path, ...]
     tests: tuple[Path, ...]
     counts: tuple[int, ...]
+    methods: tuple[str, ...]
+    imposed: bool
+
+    def load(self, path: Path) -> Recording:
+        """A recording of this robot's."""
+        return as_robot(_load(path), self.robot) if self.imposed else _load(path)
 
 
-def run(recordings: Path, robots: int, tests: int, counts: Sequence[int], jobs: int) -> None:
-    """Measure, and write ``calibration.md``, ``calibration.json`` and ``calibration.png``."""
+def run(
+    recordings: Path,
+    robots: int,
+    tests: int,
+    counts: Sequence[int],
+    methods: Sequence[str],
+    jobs: int,
+    recorded: bool = False,
+) -> None:
+    """Measure, and write ``calibration.md``, ``calibration.json`` and ``calibration.png``.
+
+    Interrupted, it goes on where it stopped when called again with the same arguments.
+
+    Args:
+        recordings: Folder of simulated recordings with truth.
+        robots: How many robots to make of them.
+        tests: How many grasps each is judged on.
+        counts: Numbers of earlier grasps to calibrate from.
+        methods: What is judged.
+        jobs: Processes to use.
+        recorded: Whether to judge the robots that made the recordings instead.
+    """
     paths = list(find_recordings([recordings]).values())
-    cases = list(_cases(paths, robots, tests, counts))
-    found: list[dict[str, Any]] = []
-    for done, rows in enumerate(run_tasks(judge, cases, jobs), 1):
-        found += rows
-        print(f"{done} of {len(cases)} robots", flush=True)
-    errors = [
-        _errors_row(*key, rows) for key, rows in _grouped(found, "robot has", "method", "grasps")
-    ]
-    offsets = [
-        _offsets_row(*key, rows)
-        for key, rows in _grouped([row for row in found if "nees" in row], "robot has", "grasps")
-    ]
+    make = _recorded if recorded else partial(_imposed, robots=robots)
+    cases = list(make(paths, tests=tests, counts=counts, methods=tuple(methods)))
+    about = [str(recordings.resolve()), len(paths), tests, list(counts), list(methods), recorded]
+    found = _done(about)
+    missing = [case for case in cases if str(case.robot) not in found]
+    for rows in run_tasks(judge, missing, jobs):
+        found[str(rows[0]["robot"])] = rows
+        RESULTS.mkdir(parents=True, exist_ok=True)
+        write_text(PARTS, json.dumps({"about": about, "robots": found}))
+        print(f"{len(found)} of {len(cases)} robots", flush=True)
+    rows = [row for case in cases for row in found[str(case.robot)]]
+    errors, text = tables(rows)
     text = (
-        f"{robots} robots, {tests} grasps each to judge them by, of {len(paths)} recordings. "
-        f"ADD-S [mm] after the turn, median of each recording.\n\n{table(errors)}\n\n"
-        f"The offsets, 6 of the camera and one a joint:\n\n{table(offsets)}"
+        f"{len(cases)} robots, {tests} grasps each to judge them by, of {len(paths)} recordings. "
+        f"ADD-S [mm] after the turn, median of each recording.\n\n{text}"
     )
-    save("calibration", text, {"rows": found}, {"calibration": figure(errors)})
+    save("calibration", text, {"rows": rows}, {"calibration": figure(errors)})
 
 
-def _cases(paths: Sequence[Path], robots: int, tests: int, counts: Sequence[int]) -> Iterator[Case]:
-    """The robots, and one without error last."""
+def _done(about: list[Any]) -> dict[str, list[dict[str, Any]]]:
+    """The rows of robots that were judged before, by the robot."""
+    if not PARTS.is_file():
+        return {}
+    known = json.loads(PARTS.read_text())
+    return dict(known["robots"]) if known["about"] == about else {}
+
+
+def _imposed(
+    paths: Sequence[Path],
+    robots: int,
+    tests: int,
+    counts: Sequence[int],
+    methods: tuple[str, ...],
+) -> Iterator[Case]:
+    """Robots with errors of their own, all of the same grasps, and one without error last."""
     for n in range(robots + 1):
         order = np.random.default_rng(n).permutation(len(paths)).tolist()
-        earlier = [paths[i] for i in order[tests:]]
-        usable = tuple(count for count in counts if count <= len(earlier))
         robot = FIRST_ROBOT + n if n < robots else None
-        yield Case(robot, tuple(earlier), tuple(paths[i] for i in order[:tests]), usable)
+        yield _case(robot, [paths[i] for i in order], tests, counts, methods, imposed=True)
+
+
+def _recorded(
+    paths: Sequence[Path], tests: int, counts: Sequence[int], methods: tuple[str, ...]
+) -> Iterator[Case]:
+    """The robots that made the recordings."""
+    made: dict[str, list[Path]] = {}
+    for path in paths:
+        made.setdefault(_load(path).info.get("robot", ""), []).append(path)
+    for name, own in sorted(made.items()):
+        if not name.isdigit():
+            raise RecordingError(f"{own[0]} is of no robot with a number (sim generate --robot N)")
+        order = np.random.default_rng(int(name)).permutation(len(own)).tolist()
+        yield _case(int(name), [own[i] for i in order], tests, counts, methods, imposed=False)
+
+
+def _case(
+    robot: int | None,
+    paths: Sequence[Path],
+    tests: int,
+    counts: Sequence[int],
+    methods: tuple[str, ...],
+    imposed: bool,
+) -> Case:
+    """A robot that is judged on the first of its recordings."""
+    earlier = tuple(paths[tests:])
+    usable = tuple(count for count in counts if count <= len(earlier))
+    return Case(robot, earlier, tuple(paths[:tests]), usable, methods, imposed)
 
 
 def judge(case: Case) -> list[dict[str, Any]]:
@@ -99,6 +167,7 @@ def judge(case: Case) -> list[dict[str, Any]]:
         for row in judged(count, calibration):
             rows.append(row | about)
             about = {}
+    rows += judged(ONLINE, None)
     if case.robot is not None:
         rows += judged(LIMIT, _known(case))
     return rows
@@ -106,7 +175,7 @@ def judge(case: Case) -> list[dict[str, Any]]:
 
 def _calibrated(case: Case, count: int) -> tuple[Calibration, dict[str, Any]]:
     """A calibration from the first ``count`` grasps, and how good it is."""
-    earlier = [as_robot(_load(path), case.robot) for path in case.earlier[:count]]
+    earlier = [case.load(path) for path in case.earlier[:count]]
     start = time.process_time()
     result = calibrate(earlier)
     seconds = time.process_time() - start
@@ -125,7 +194,7 @@ def _calibrated(case: Case, count: int) -> tuple[Calibration, dict[str, Any]]:
 
 def _known(case: Case) -> Calibration:
     """The true offsets: no calibration does better."""
-    recording = as_robot(_load(case.tests[0]), case.robot)
+    recording = case.load(case.tests[0])
     robot = Robot.of(recording)
     true = true_offsets(case.robot, len(robot.joint_names), np.zeros(3))
     zeros = dict(zip(robot.joint_names, true[6:].tolist(), strict=True))
@@ -136,10 +205,14 @@ def _judged(
     case: Case, count: int | str, calibration: Calibration | None
 ) -> Iterator[dict[str, Any]]:
     for path in case.tests:
-        recording = as_robot(_load(path), case.robot)
+        recording = case.load(path)
         frames = evaluation_frames(recording)
-        for method in METHODS:
-            errors, covered = _errors(recording, frames, method, calibration)
+        for method in case.methods:
+            if count == ONLINE and not method.endswith("+mem"):
+                continue
+            errors, covered = _errors(
+                recording, frames, method, calibration, online=count == ONLINE
+            )
             yield {
                 "robot has": "no error" if case.robot is None else "errors",
                 "robot": case.robot,
@@ -157,10 +230,16 @@ def _errors(
     frames: Sequence[Measurement],
     method: Any,
     calibration: Calibration | None,
+    online: bool = False,
 ) -> tuple[np.ndarray, float]:
     """ADD-S [m] of frames after the turn, and the share of them within the 95 % region of their position."""
     config = EstimatorConfig(method=method)
-    estimator = PoseEstimator(recording.hand, recording.object, config, calibration)
+    hand, obj = recording.hand, recording.object
+    estimator: PoseEstimator | OnlineCalibration
+    if online:
+        estimator = OnlineCalibration(hand, obj, config, calibration, background=False)
+    else:
+        estimator = PoseEstimator(hand, obj, config, calibration)
     estimates = [estimator.update(frame) for frame in frames]
     phases = turn_phases([frame.T_wh for frame in frames])
     chosen = [k for k, phase in enumerate(phases) if phase == AFTER][::EVERY]
@@ -190,71 +269,3 @@ def _load(path: Path) -> Recording:
 @cache
 def _adds(path: Path) -> Adds:
     return Adds(_load(path).object.mesh)
-
-
-def _grouped(
-    rows: Sequence[dict[str, Any]], *columns: str
-) -> Iterator[tuple[tuple[Any, ...], list[dict[str, Any]]]]:
-    """Rows by the values of some columns, in the order in which these come."""
-    groups: dict[tuple[Any, ...], list[dict[str, Any]]] = {}
-    for row in rows:
-        groups.setdefault(tuple(row[column] for column in columns), []).append(row)
-    yield from sorted(groups.items(), key=lambda item: [str(part).zfill(20) for part in item[0]])
-
-
-def _errors_row(has: str, method: str, grasps: Any, rows: list[dict[str, Any]]) -> dict[str, Any]:
-    errors = 1e3 * np.array([row["adds_m"] for row in rows])
-    return {
-        "robot has": has,
-        "method": method,
-        "earlier grasps": str(grasps),
-        "median": float(np.median(errors)),
-        "90 %": float(np.quantile(errors, 0.9)),
-        "worst": float(errors.max()),
-        "frames > 5 mm [%]": 100 * float(np.mean([row["far"] for row in rows])),
-        "in the 95 % region [%]": 100 * float(np.mean([row["covered"] for row in rows])),
-        "recordings": len(rows),
-    }
-
-
-def _offsets_row(has: str, grasps: Any, rows: list[dict[str, Any]]) -> dict[str, Any]:
-    def mean(name: str, scale: float = 1.0) -> float:
-        return scale * float(np.sqrt(np.mean(np.square([row[name] for row in rows]))))
-
-    return {
-        "robot has": has,
-        "grasps": str(grasps),
-        "NEES": float(np.mean([row["nees"] for row in rows])),
-        "largest NEES": float(np.max([row["nees"] for row in rows])),
-        "joint zeros [deg]": mean("joints_rad", float(np.degrees(1.0))),
-        "camera turn [deg]": mean("camera_rad", float(np.degrees(1.0))),
-        "camera [mm]": mean("camera_m", 1e3),
-        "left out": sum(len(row["left_out"]) for row in rows),
-        "processor time [s]": float(np.median([row["seconds"] for row in rows])),
-    }
-
-
-def figure(rows: Sequence[dict[str, Any]]) -> Figure:
-    """The error against the number of grasps: median and 90th percentile of each method."""
-    from matplotlib.figure import Figure
-
-    picture = Figure(figsize=(7, 4), layout="constrained")
-    axes = picture.subplots()
-    colors = dict(zip(METHODS, ("#999999", "#E69F00", "#0072B2"), strict=True))
-    for method in METHODS:
-        chosen = [row for row in rows if row["method"] == method and row["robot has"] == "errors"]
-        points = [row for row in chosen if row["earlier grasps"] != LIMIT]
-        counts = [int(row["earlier grasps"]) for row in points]
-        color = colors[method]
-        axes.plot(counts, [row["median"] for row in points], "o-", color=color, label=method)
-        axes.plot(counts, [row["90 %"] for row in points], "--", color=color, linewidth=1)
-        if method == METHODS[-1]:
-            for row in chosen:
-                if row["earlier grasps"] == LIMIT:
-                    axes.axhline(row["median"], color="0.6", linestyle=":", label=LIMIT)
-    axes.set_ylim(bottom=0)
-    axes.set_xlabel("earlier grasps of the same robot")
-    axes.set_ylabel("ADD-S after the turn [mm]")
-    axes.legend(title="median; dashed: 90 %", fontsize=8)
-    axes.spines[["top", "right"]].set_visible(False)
-    return picture

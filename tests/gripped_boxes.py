@@ -14,6 +14,7 @@ import trimesh
 
 from vtgtsam import HandModel
 from vtgtsam.recording import RecordingWriter
+from vtgtsam.recording.camera_share import camera_share
 
 LEVER, REACH = (
     0.06,
@@ -89,6 +90,7 @@ def write_grip(
     camera: gtsam.Pose3 = CAMERA,
     hand_xml: str = HAND_XML,
     device: str = "",
+    old_covariances: bool = False,
 ) -> Path:
     """A recording at 30 Hz.
 
@@ -103,6 +105,7 @@ def write_grip(
         camera: Where the camera is, if it were believed rightly.
         hand_xml: The attached hand.
         device: The camera's name.
+        old_covariances: Whether the visual poses' hold the camera's error too, as they once did.
     """
     rng = np.random.default_rng(seed)
     half = np.array([*rng.uniform(0.018, 0.028, 2), HALF_Z - 1e-4])
@@ -117,7 +120,10 @@ def write_grip(
         "dataset": "vary",
         "tracker": "depth",
         "camera": device,
+        "calibration_error": "yes",
     }
+    if not old_covariances:
+        info["visual_covariance"] = "tracker"
     with RecordingWriter(path, info, hand_xml=hand_xml, mesh=obj) as writer:
         writer.camera_pose(1.0, robot.T_error * camera)
         for k in range(frames):
@@ -130,5 +136,6 @@ def write_grip(
             noise = np.concatenate([rng.normal(0, 4e-3, 3), rng.normal(0, 4e-4, 3)])
             away = gtsam.Pose3(gtsam.Rot3(), np.array([0.0, 0.08, 0.0]) * (lost and k > 15))
             seen = robot.T_error * T_wh * away * gtsam.Pose3.Expmap(noise)
-            writer.object_pose(t, seen, np.diag([4e-3] * 3 + [4e-4] * 3) ** 2)
+            share = camera_share(seen) if old_covariances else 0.0
+            writer.object_pose(t, seen, np.diag([4e-3] * 3 + [4e-4] * 3) ** 2 + share)
     return path

@@ -12,7 +12,7 @@ from typing import Any
 
 import gtsam
 
-from ..config import CameraSigma, EstimatorConfig
+from ..config import EstimatorConfig
 from ..estimator import PoseEstimator
 from ..exceptions import RecordingError, VtgtsamError
 from ..frame import contact_bits
@@ -118,18 +118,9 @@ def _evaluate(task: Task, path: Path, key: str) -> dict[str, Any]:
 
 def _estimators(recording: Recording, task: Task) -> dict[str, PoseEstimator]:
     return {
-        name: PoseEstimator(
-            recording.hand, recording.object, _of(recording, config), task.given.calibration
-        )
+        name: PoseEstimator(recording.hand, recording.object, config, task.given.calibration)
         for name, config in task.configs.items()
     }
-
-
-def _of(recording: Recording, config: EstimatorConfig) -> EstimatorConfig:
-    """The settings for a recording: a camera's share that its covariances hold already does not count twice."""
-    if not (recording.covariance_holds_camera and config.use_visual_covariance):
-        return config
-    return config.model_copy(update={"camera_sigma": CameraSigma(0.0, 0.0)})
 
 
 def _describe(sequence: str, recording: Recording, times: Sequence[float]) -> dict[str, Any]:

@@ -15,6 +15,7 @@ from ..exceptions import RecordingError
 from . import names
 from .align import Streams, to_world
 from .bags import open_source
+from .camera_share import holds_camera, of_tracker
 from .consistency.repeats import without_identity, without_repeats
 from .named import read_contacts, read_joints
 from .poses import PoseStream, read_poses
@@ -60,6 +61,8 @@ def read_recording(
     warnings = list(source.warnings)
     streams = _streams(bag, topic_map.topics, warnings)
     info = source.metadata.get(names.METADATA, {})
+    if streams.vision is not None and holds_camera(info):
+        streams.vision = of_tracker(streams.vision)
     recording = Recording(
         path=Path(path),
         info=info,

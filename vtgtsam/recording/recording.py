@@ -18,6 +18,7 @@ from ..input.plain import plain, sentence
 from ..measurement import Measurement
 from . import names
 from .align import Streams, measurements_at
+from .camera_share import holds_camera
 from .consistency import Evidence, Finding, check
 from .named import NamedStream
 from .poses import PoseStream
@@ -238,12 +239,12 @@ class Recording:
 
     @property
     def covariance_holds_camera(self) -> bool:
-        """Whether the visual poses' covariances hold, beside the tracker's own, the camera's calibration error.
+        """Whether the file's visual covariances hold, beside the tracker's own, the camera's calibration error.
 
-        So do those of simulated recordings from before the metadata said ``visual_covariance: tracker``.
+        So do those of simulated recordings from before the metadata said ``visual_covariance: tracker``. It was taken
+        off when they were read: ``measurements`` and ``streams`` have the tracker's own.
         """
-        own = self.info.get(names.VISUAL_COVARIANCE) == "tracker"
-        return not own and self.info.get("calibration_error") == "yes"
+        return holds_camera(self.info)
 
     @property
     def camera_pose(self) -> gtsam.Pose3 | None:
