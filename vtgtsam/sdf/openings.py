@@ -12,6 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..surface import Surface
+
 TOUCHING = 1.01  # spacings: two nodes whose distances add up to more have no face between them
 
 
@@ -37,8 +39,6 @@ def close_openings(distances: np.ndarray, winding: np.ndarray, ticks: np.ndarray
         winding: Of the nodes, same shape.
         ticks: Positions of the nodes along x, y and z alike [m], shape (n,).
     """
-    from scipy.spatial import cKDTree
-
     spacing = float(ticks[1] - ticks[0])
     points, gaps = [np.empty((0, 3))], [np.empty(0)]
     sides = np.zeros(3)
@@ -59,16 +59,7 @@ def close_openings(distances: np.ndarray, winding: np.ndarray, ticks: np.ndarray
     if len(lid) == 0:
         return Lids(0.0, 0.0)
     width = 2.0 * float(np.concatenate(gaps).max())
-    nodes = np.argwhere(_to_box(lid, ticks) < distances)
-    nearest, _ = cKDTree(lid).query(ticks[nodes], workers=-1)
-    where = tuple(nodes.T)
-    distances[where] = np.minimum(distances[where], nearest)
+    corners = np.repeat(np.arange(len(lid))[:, None], 3, axis=1)  # a point is a triangle of no extent
+    np.minimum(distances, Surface(lid, corners).grid_distances(ticks), out=distances)
     return Lids(float(np.linalg.norm(sides)) * spacing**2, width)
 
-
-def _to_box(points: np.ndarray, ticks: np.ndarray) -> np.ndarray:
-    """Distance of each node to the box around points (N, 3) [m], shape (n, n, n)."""
-    low, high = points.min(axis=0), points.max(axis=0)
-    beside = np.maximum(np.maximum(low - ticks[:, None], ticks[:, None] - high), 0.0)
-    x, y, z = beside.T
-    return np.asarray(np.sqrt(x[:, None, None] ** 2 + y[:, None] ** 2 + z**2))
