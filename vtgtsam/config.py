@@ -12,6 +12,7 @@ import yaml
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from pydantic_core import ErrorDetails
 
+from .atomic import write_text
 from .exceptions import ConfigError
 from .input.plain import plain
 from .input.text import read_yaml
@@ -251,7 +252,7 @@ class EstimatorConfig(BaseModel):
         settings = {
             name: value._asdict() if hasattr(value, "_asdict") else value for name, value in self
         }
-        Path(path).write_text(yaml.safe_dump(settings, sort_keys=False), encoding="utf-8")
+        write_text(Path(path), yaml.safe_dump(settings, sort_keys=False))
 
 
 # Table I of the paper, and the literal reading of what it leaves open: no weights, no recovery, no covariances.

@@ -22,8 +22,10 @@ import numpy as np
 import yaml
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, FiniteFloat, ValidationError
 
+from vtgtsam.atomic import write_text
 from vtgtsam.exceptions import ConfigError
-from vtgtsam.input.text import parse_yaml
+from vtgtsam.input.plain import plain
+from vtgtsam.input.text import read_yaml
 
 from .camera import Camera, CameraError
 from .tag import IMAGES, TagDetector, TagPose, measure_tag
@@ -101,7 +103,7 @@ def save_wrist(path: str | Path, T_ch: gtsam.Pose3) -> None:
         "# Pose of the hand in the camera frame, x y z [m] qx qy qz qw, by\n"
         "# `python -m hardware calibrate-wrist`; measure it again when camera or hand was moved\n"
     )
-    Path(path).write_text(header + text, encoding="utf-8")
+    write_text(Path(path), header + text)
 
 
 class _WristFile(BaseModel):
@@ -117,20 +119,18 @@ def load_wrist(path: str | Path) -> gtsam.Pose3:
         ConfigError: The file cannot be read or holds no pose.
     """
     advice = "run `python -m hardware calibrate-wrist`"
+    if not Path(path).exists():
+        raise ConfigError(f"there is no wrist calibration {path} yet: {advice}")
     try:
-        document = parse_yaml(Path(path).read_bytes(), f"the wrist calibration {path}", ConfigError)
+        document = read_yaml(Path(path), ConfigError, "the wrist calibration ")
+    except ConfigError as error:
+        raise ConfigError(f"{error}: {advice}") from error
+    try:
         return _pose(_WristFile.model_validate(document).T_ch)
     except ValidationError as error:
         raise ConfigError(
             f"{path} must hold T_ch: [x, y, z, qx, qy, qz, qw] with a quaternion of norm 1, got "
-            f"{document!r}: {advice}"
-        ) from error
-    except FileNotFoundError:
-        raise ConfigError(f"there is no wrist calibration {path} yet: {advice}") from None
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
-        detail = " ".join(str(error).split())
-        raise ConfigError(
-            f"cannot read the wrist calibration {path} ({detail}): {advice}"
+            f"{plain(document)}: {advice}"
         ) from error
 
 

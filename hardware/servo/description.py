@@ -9,13 +9,12 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
-import yaml
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
 
 from hardware.camera.wrist import TagMount
 from hardware.tactile.wiring import PadWiring
 from vtgtsam.exceptions import ConfigError
-from vtgtsam.input.text import parse_yaml
+from vtgtsam.input.text import read_yaml
 
 from .table import BAUD_CODES, MODELS, STATE, TICKS_PER_TURN, X330, Model
 
@@ -183,21 +182,17 @@ def load_description(name_or_path: str | Path) -> HandDescription:
         ConfigError: There is no such file, or something in it is wrong.
     """
     path = description_path(name_or_path)
+    if not path.exists():
+        known = ", ".join(sorted(file.stem for file in DATA.glob("*.yaml")))
+        raise ConfigError(f"no hand {str(name_or_path)!r}: give a .yaml file or one of: {known}")
+    content = read_yaml(path, ConfigError)
     try:
-        content = parse_yaml(path.read_bytes(), str(path), ConfigError)
         if not isinstance(content, dict):
             raise ConfigError(f"{path} must be a mapping as hardware/data/isyhand.yaml is")
         for key in ("hand", "grasp"):  # beside this file, or a name
             if isinstance(name := content.get(key), str) and (path.parent / name).is_file():
                 content[key] = str(path.parent / name)
         return HandDescription.model_validate(content)
-    except FileNotFoundError:
-        known = ", ".join(sorted(file.stem for file in DATA.glob("*.yaml")))
-        raise ConfigError(
-            f"no hand {str(name_or_path)!r}: give a .yaml file or one of: {known}"
-        ) from None
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
-        raise ConfigError(f"cannot read {path}: {' '.join(str(error).split())}") from error
     except ValidationError as error:
         raise ConfigError(f"{path}: {_first_mistake(error)}") from error
 

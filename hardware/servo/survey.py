@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 import yaml
 
+from vtgtsam.atomic import write_text
 from vtgtsam.exceptions import VtgtsamError
 
 from .bus import Bus, BusError, NoAnswerError, ServoError
@@ -338,4 +339,4 @@ def with_zeros(text: str, joints: Mapping[str, Joint]) -> str:
 
 def save_zeros(source: Path, path: Path, joints: Mapping[str, Joint]) -> None:
     """Write the hand's file ``source`` with these joints' zeros and signs to ``path``."""
-    path.write_text(with_zeros(source.read_text(encoding="utf-8"), joints), encoding="utf-8")
+    write_text(path, with_zeros(source.read_text(encoding="utf-8"), joints))

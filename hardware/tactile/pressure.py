@@ -21,8 +21,9 @@ import numpy as np
 import yaml
 
 from hardware.device import PadDevice, PadState
+from vtgtsam.atomic import write_text
 from vtgtsam.exceptions import ConfigError, VtgtsamError
-from vtgtsam.input.text import parse_yaml
+from vtgtsam.input.text import read_yaml
 
 from .board import PadBoard
 from .wiring import PadWiring
@@ -170,7 +171,7 @@ def save_scale(path: str | Path, scale: PadScale, wiring: PadWiring) -> None:
     header = (
         "# Resistance untouched and its fall under 6 N, by `python -m hardware calibrate-pads`\n"
     )
-    Path(path).write_text(header + text, encoding="utf-8")
+    write_text(Path(path), header + text)
 
 
 def load_scale(path: str | Path, wiring: PadWiring) -> PadScale:
@@ -179,15 +180,12 @@ def load_scale(path: str | Path, wiring: PadWiring) -> PadScale:
     Raises:
         ConfigError: It cannot be read, or lacks a pad that is not disabled.
     """
+    if not Path(path).exists():
+        raise ConfigError(f"there is no pad calibration {path} yet: {_ADVICE}")
     try:
-        document = parse_yaml(Path(path).read_bytes(), f"the pad calibration {path}", ConfigError)
-    except FileNotFoundError:
-        raise ConfigError(f"there is no pad calibration {path} yet: {_ADVICE}") from None
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
-        detail = " ".join(str(error).split())
-        raise ConfigError(
-            f"cannot read the pad calibration {path} ({detail}): {_ADVICE}"
-        ) from error
+        document = read_yaml(Path(path), ConfigError, "the pad calibration ")
+    except ConfigError as error:
+        raise ConfigError(f"{error}: {_ADVICE}") from error
     pads = document.get("pads") if isinstance(document, Mapping) else None
     if not isinstance(pads, Mapping):
         raise ConfigError(f"{path} holds no pad calibration, a mapping 'pads': {_ADVICE}")

@@ -14,7 +14,8 @@ if sys.platform != "linux":
 
 from fuzzing import child
 from fuzzing.__main__ import fuzz
-from fuzzing.kinds import KINDS, command, library
+from fuzzing.kinds import KINDS
+from fuzzing.kinds.kind import command, library
 from fuzzing.mutate import mutated
 
 SECONDS = 8.0  # for each kind, after its corpus

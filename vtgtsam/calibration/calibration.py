@@ -22,8 +22,11 @@ import gtsam
 import numpy as np
 import yaml
 
+from ..atomic import write_text
 from ..exceptions import CalibrationError
 from ..frame import require_pose
+from ..input.plain import plain
+from ..input.text import parse_yaml, read_yaml
 from ..measurement import Measurement
 from ..offsets import CalibrationPrior
 from .robot import Robot
@@ -157,7 +160,7 @@ class Calibration:
 
     def to_yaml(self, path: str | os.PathLike[str]) -> None:
         """Write to a YAML file that ``from_yaml`` reads back equal."""
-        Path(path).write_text(self.text(), encoding="utf-8")
+        write_text(Path(path), self.text())
 
     def text(self) -> str:
         """As a YAML file has it."""
@@ -185,19 +188,15 @@ class Calibration:
         Raises:
             CalibrationError: The file cannot be read, or is no calibration.
         """
-        try:
-            text = Path(path).read_text(encoding="utf-8")
-        except (OSError, UnicodeDecodeError) as error:
-            raise CalibrationError(f"cannot read a calibration from {path}: {error}") from error
-        return cls.from_text(text, str(path))
+        return cls._checked(read_yaml(Path(path), CalibrationError, "the calibration "), str(path))
 
     @classmethod
     def from_text(cls, text: str, name: str = "the calibration") -> Calibration:
         """As ``from_yaml``, from the file's content; ``name`` is for messages."""
-        try:
-            content = yaml.safe_load(text)
-        except yaml.YAMLError as error:
-            raise CalibrationError(f"{name} is no YAML: {error}") from error
+        return cls._checked(parse_yaml(text, name, CalibrationError), name)
+
+    @classmethod
+    def _checked(cls, content: object, name: str) -> Calibration:
         if not isinstance(content, dict):
             raise CalibrationError(
                 f"{name} is no calibration: expected a mapping, got {content!r:.60}"
@@ -206,8 +205,8 @@ class Calibration:
             return cls._of(content)
         except KeyError as error:
             raise CalibrationError(f"{name} is no calibration: it lacks {error}") from error
-        except (TypeError, ValueError, AttributeError) as error:
-            raise CalibrationError(f"{name} is no calibration: {error}") from error
+        except (TypeError, ValueError, OverflowError, AttributeError) as error:
+            raise CalibrationError(f"{name} is no calibration: {plain(error)}") from error
 
     @classmethod
     def _of(cls, content: dict[str, Any]) -> Calibration:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..atomic import replacing
 from .calibrate import Calibrated
 from .printing import expectation, names_and_units
 
@@ -35,7 +36,8 @@ def draw(result: Calibrated, path: Path) -> None:
     upper.set_title(f"{len(result.used)} grasps of {result.calibration.hand}", loc="left")
     upper.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, frameon=False)
     figure.supxlabel(expectation(result), fontsize=9)
-    figure.savefig(path, dpi=110)
+    with replacing(path) as temporary:
+        figure.savefig(temporary, format="png", dpi=110)
 
 
 def _bars(axes: Axes, result: Calibrated, chosen: list[int], unit: str) -> None:

@@ -11,6 +11,7 @@ import gtsam
 import numpy as np
 
 from ..exceptions import CalibrationError
+from ..frame import require_finite_pose
 
 if TYPE_CHECKING:
     from ..hands.pads import PadSet
@@ -117,7 +118,10 @@ class Robot:
     def from_dict(cls, content: dict[str, Any]) -> Robot:
         """What ``to_dict`` wrote, in a calibration's file."""
         rows = content.get("camera_pose")
-        T_wc = None if rows is None else gtsam.Pose3(np.vstack([np.array(rows), [0, 0, 0, 1]]))
+        T_wc = None
+        if rows is not None:
+            T_wc = gtsam.Pose3(np.vstack([np.array(rows, dtype=np.float64), [0, 0, 0, 1]]))
+            require_finite_pose(T_wc, "camera_pose")
         joints = tuple(str(name) for name in content["joint_zeros_rad"])
         return cls(str(content["hand"]), joints, str(content.get("camera_name", "")), T_wc)
 

@@ -8,7 +8,6 @@ frame: https://github.com/thodan/bop_toolkit/blob/master/docs/bop_datasets_forma
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -16,7 +15,9 @@ from typing import Any
 
 import numpy as np
 
+from .. import limits
 from ..exceptions import MeshError
+from ..input.text import parse_json, read_bytes
 
 Symmetry = dict[str, Any]
 
@@ -110,16 +111,13 @@ def _shifted_turn(turn: list[float], shift_mm: np.ndarray) -> list[float]:
 
 def _read(path: Path) -> str:
     try:
-        return path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
+        return read_bytes(path, limits.TEXT_BYTES, MeshError).decode()
+    except UnicodeDecodeError as error:
         raise MeshError(f"{path} cannot be read: {error}") from None
 
 
 def _json(text: str, name: str) -> dict[str, Any]:
-    try:
-        content = json.loads(text)
-    except (ValueError, RecursionError) as error:
-        raise MeshError(f"{name} is not valid JSON: {error}") from None
+    content = parse_json(text, name, MeshError)
     if not isinstance(content, dict):
         raise MeshError(f"{name} must be a JSON object, got {type(content).__name__}")
     return content

@@ -8,9 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 from typing import Any
 
-import yaml
-
 from ..exceptions import RecordingError
+from ..input.text import read_yaml
 from . import names
 from .magic import kind_of
 from .mcap_file import McapFile
@@ -46,9 +45,9 @@ def read_listed(folder: Path) -> Listed:
     """
     path = folder / METADATA
     try:
-        about: dict[str, Any] = yaml.safe_load(path.read_text())["rosbag2_bagfile_information"]
+        about: dict[str, Any] = read_yaml(path, RecordingError)["rosbag2_bagfile_information"]
         listed = [PurePosixPath(name).name for name in about["relative_file_paths"]]
-    except (OSError, UnicodeDecodeError, yaml.YAMLError, KeyError, TypeError) as error:
+    except (RecordingError, KeyError, TypeError) as error:
         detail = " ".join(f"{type(error).__name__}: {error}".split())
         raise RecordingError(
             f"{path} is no description of a rosbag2 bag ({detail}); remove it, or type: ros2 bag reindex "

@@ -59,7 +59,8 @@ def close_openings(distances: np.ndarray, winding: np.ndarray, ticks: np.ndarray
     if len(lid) == 0:
         return Lids(0.0, 0.0)
     width = 2.0 * float(np.concatenate(gaps).max())
-    corners = np.repeat(np.arange(len(lid))[:, None], 3, axis=1)  # a point is a triangle of no extent
+    corners = np.repeat(
+        np.arange(len(lid))[:, None], 3, axis=1
+    )  # points, as triangles of no extent
     np.minimum(distances, Surface(lid, corners).grid_distances(ticks), out=distances)
     return Lids(float(np.linalg.norm(sides)) * spacing**2, width)
-

@@ -138,7 +138,7 @@ def test_joints_of_another_number_and_poses_that_are_none_get_a_sentence():
             "covariance must be finite numbers",
         ),
         (lambda text: text[: text.index("covariance:")] + "covariance: [[1, 2]]", "of shape"),
-        (lambda text: "{", "is no YAML"),
+        (lambda text: "{", "is not valid YAML"),
         (lambda text: "3", "expected a mapping, got 3"),
         (lambda text: text.replace("rotation_rad: [", "rotation_rad: [.nan, "), "must be"),
     ],
@@ -152,7 +152,7 @@ def test_a_file_that_is_no_calibration_is_refused_by_name(tmp_path, change, word
 
 
 def test_a_file_that_is_not_there_is_refused(tmp_path):
-    with pytest.raises(CalibrationError, match="cannot read a calibration"):
+    with pytest.raises(CalibrationError, match="cannot read the calibration"):
         Calibration.from_yaml(tmp_path / "none.yaml")
 
 

@@ -5,11 +5,11 @@ import sys
 
 import numpy as np
 import pytest
+from foreign_bags import MAP, T_WC, WRITERS, Bag, store
 from robot_log import send, write_log
 from rosbags.rosbag2 import StoragePlugin
 from rosbags.rosbag2 import Writer as Writer2
 from sequences import HAND_XML, pose
-from test_foreign_bags import MAP, T_WC, WRITERS, Bag, store
 
 from vtgtsam import cli, evaluate, read_recording
 from vtgtsam.commands.convert import _counted
@@ -188,7 +188,7 @@ def test_a_bag_without_a_needed_stream_is_refused_in_one_sentence(
             if topic != missing:
                 super().write(topic, *rest)
 
-    from test_foreign_bags import fill
+    from foreign_bags import fill
 
     with Writer2(tmp_path / "bag", version=9, storage_plugin=StoragePlugin.MCAP) as writer:
         fill(Deaf(writer, store(), 2))

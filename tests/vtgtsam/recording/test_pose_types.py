@@ -3,11 +3,11 @@
 
 import numpy as np
 import pytest
+from foreign_bags import Bag, store
 from rosbags.rosbag1 import Writer as Writer1
 from rosbags.rosbag2 import StoragePlugin
 from rosbags.rosbag2 import Writer as Writer2
 from sequences import pose
-from test_foreign_bags import Bag, store
 
 from vtgtsam import read_recording
 from vtgtsam.exceptions import RecordingError

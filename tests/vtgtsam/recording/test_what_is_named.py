@@ -8,10 +8,10 @@ import shutil
 import numpy as np
 import pytest
 import yaml
+from foreign_bags import write_ros1, write_ros2
 from robot_log import RobotLog, write_log
 from rosbags.rosbag2 import StoragePlugin
 from sequences import write_sequence
-from test_foreign_bags import write_ros1, write_ros2
 
 from vtgtsam.evaluation.find import find_recordings
 from vtgtsam.exceptions import RecordingError
