@@ -19,8 +19,8 @@ SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 def stop_on_signals() -> Iterator[None]:
     """The first SIGINT raises KeyboardInterrupt, the first SIGTERM or SIGHUP SystemExit.
 
-    Later ones are ignored until the block ends, so that they cannot interrupt the way out. Only in
-    the main thread, as always with signals.
+    Later ones are ignored until the block ends, so that they cannot interrupt the way out. A hangup that is
+    ignored (``nohup``) stays ignored. Only in the main thread, as always with signals.
     """
 
     def stop(number: int, frame: FrameType | None) -> None:
@@ -28,7 +28,8 @@ def stop_on_signals() -> Iterator[None]:
             signal.signal(other, signal.SIG_IGN)
         raise KeyboardInterrupt if number == signal.SIGINT else SystemExit(128 + number)
 
-    before = {number: signal.signal(number, stop) for number in SIGNALS}
+    handled = [n for n in SIGNALS if n != signal.SIGHUP or signal.getsignal(n) != signal.SIG_IGN]
+    before = {number: signal.signal(number, stop) for number in handled}
     try:
         yield
     finally:

@@ -10,6 +10,7 @@ from contextlib import contextmanager
 
 from ..exceptions import VtgtsamError
 from ..input.plain import sentence
+from .signals import blocks_left_first
 
 
 @contextmanager
@@ -20,7 +21,8 @@ def edge(program: str) -> Iterator[None]:
         program: Its name, which begins the sentence.
     """
     try:
-        yield
+        with blocks_left_first():
+            yield
     except (VtgtsamError, OSError) as error:
         sys.exit(_said(program, error))
     except MemoryError:

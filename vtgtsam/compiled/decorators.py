@@ -71,10 +71,27 @@ def on_disk(function: Callable[..., object]) -> bool:
 def _compile(function: Callable[P, R], **options: Any) -> Callable[P, R]:
     options |= {"error_model": "numpy", "no_cfunc_wrapper": True}
     try:
-        return numba.njit(cache=True, **options)(function)  # type: ignore[no-any-return]
+        return _kept_where_possible(numba.njit(cache=True, **options)(function))  # type: ignore[no-any-return]
     except RuntimeError as error:
         logger.debug("%s: compiled without a cache on disk (%s)", function.__name__, error)
         return numba.njit(**options)(function)  # type: ignore[no-any-return]
+
+
+def _kept_where_possible(dispatcher: Any) -> Any:
+    """The same function, for which a full disk is no error: this process has its machine code anyway."""
+    cache = getattr(dispatcher, "_cache", None)
+    if cache is None:  # nothing is compiled: NUMBA_DISABLE_JIT
+        return dispatcher
+    save = cache.save_overload
+
+    def save_overload(signature: object, compiled: object) -> None:
+        try:
+            save(signature, compiled)
+        except OSError as error:
+            logger.warning("compiled code cannot be kept in %s (%s)", cache.cache_path, error)
+
+    cache.save_overload = save_overload
+    return dispatcher
 
 
 def _part(function: Callable[P, R], **options: Any) -> Callable[P, R]:

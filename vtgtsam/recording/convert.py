@@ -7,7 +7,6 @@ when they became known; contact bits in the place of raw values. Images are left
 
 from __future__ import annotations
 
-import os
 from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -17,6 +16,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from ..atomic import replacing
 from ..exceptions import RecordingError
 from . import names
 from .named import NamedStream
@@ -109,14 +109,12 @@ def _write(out: Path, recording: Recording, entries: list[Entry]) -> None:
         names.VISUAL_COVARIANCE: "tracker",
     }
     mesh = None if recording.object.mesh is None else mesh_file(recording.object)
-    part = out.with_name(f".{out.name}.part")
-    try:
-        with RecordingWriter(part, metadata, hand_xml=recording.hand.xml, mesh=mesh) as writer:
-            for entry in entries:
-                entry.write(writer, entry.stamp_ns / 1e9, entry.known_ns / 1e9)
-        os.replace(part, out)
-    finally:
-        part.unlink(missing_ok=True)
+    with (
+        replacing(out) as temporary,
+        RecordingWriter(temporary, metadata, hand_xml=recording.hand.xml, mesh=mesh) as writer,
+    ):
+        for entry in entries:
+            entry.write(writer, entry.stamp_ns / 1e9, entry.known_ns / 1e9)
 
 
 def entries_of(recording: Recording) -> Iterator[Entry]:

@@ -14,6 +14,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ..atomic import naming
 from ..exceptions import HandError, MeshError, RecordingError
 from ..input.door import reading
 from ..input.plain import plain
@@ -124,7 +125,8 @@ def find_object(info: Mapping[str, str], attachments: Mapping[str, bytes]) -> Ob
         )
     with tempfile.TemporaryDirectory() as folder, reading("the attached mesh", MeshError):
         file = Path(folder) / f"{names.OBJECT_ATTACHMENT}{suffix.lower()}"
-        file.write_bytes(data)
+        with naming(file):
+            file.write_bytes(data)
         obj = load_object(file, scale=scale, origin=origin, resolution=resolution)
     name = plain(Path(info.get("object", "") or names.OBJECT_ATTACHMENT).stem, 80)
     return dataclasses.replace(obj, name=name, symmetry=_symmetry(info), source=None)

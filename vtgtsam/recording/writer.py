@@ -16,6 +16,7 @@ import numpy as np
 from mcap.writer import Writer
 
 from .. import __version__
+from ..atomic import naming
 from . import messages, names
 from .covariance import ros_from_tangent
 from .images import encode_color, encode_depth
@@ -203,10 +204,11 @@ class RecordingWriter:
         """Write what is pending and the index, and close the file."""
         if self._file.closed:
             return
-        try:
-            self._mcap.finish()  # type: ignore[no-untyped-call]
-        finally:
-            self._file.close()
+        with naming(self.path):
+            try:
+                self._mcap.finish()  # type: ignore[no-untyped-call]
+            finally:
+                self._file.close()
 
     def __enter__(self) -> RecordingWriter:
         return self
@@ -256,7 +258,8 @@ class RecordingWriter:
             self._chunk_bytes + size > MAX_CHUNK_BYTES
             or abs(stamp - self._chunk_start) >= MAX_CHUNK_NS
         ):
-            self._mcap.flush()  # type: ignore[no-untyped-call]
+            with naming(self.path):
+                self._mcap.flush()  # type: ignore[no-untyped-call]
             self._chunk_start = None
         if self._chunk_start is None:
             self._chunk_start, self._chunk_bytes = stamp, 0

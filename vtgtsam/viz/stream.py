@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import socket
 import sys
@@ -14,6 +15,7 @@ import rerun.blueprint as rrb
 from ..exceptions import VtgtsamError
 
 APPLICATION = "vtgtsam"
+ROOM = 1 << 20  # bytes that the beginning of a file needs at most
 MEMORY = (
     "25%"  # of the computer's; a viewer keeps what it is sent until then, by default up to 75 %
 )
@@ -91,8 +93,12 @@ def check_writable(path: Path) -> None:
 
 
 def _check_opens(path: Path) -> None:
+    """Empty the file, and try whether there is room: Rerun waits for ever where its first bytes find none."""
     try:
-        path.open("wb").close()
+        with path.open("wb", buffering=0) as file:
+            if file.write(bytes(ROOM)) < ROOM:
+                raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+            file.truncate(0)
     except OSError as error:
         raise VtgtsamError(f"cannot write {path}: {error.strerror}") from None
 

@@ -42,8 +42,8 @@ def library(call: Callable[[], object]) -> str:
     return ""
 
 
-def command(*arguments: object) -> str:
-    """Run the command line in this process; answers with what is wrong."""
+def run(*arguments: object) -> tuple[object, str]:
+    """Run the command line in this process: its exit code, and all that it printed."""
     sys.argv = ["vtgtsam", *map(str, arguments)]
     said = io.StringIO()
     out, err, sys.stdout, sys.stderr = sys.stdout, sys.stderr, said, said
@@ -54,7 +54,12 @@ def command(*arguments: object) -> str:
         code = stopped.code or 0
     finally:
         sys.stdout, sys.stderr = out, err
-    text = said.getvalue()
+    return code, said.getvalue()
+
+
+def command(*arguments: object) -> str:
+    """Run the command line in this process; answers with what is wrong."""
+    code, text = run(*arguments)
     print(text)
     if "Traceback" in text:
         return f"{arguments[0]} shows a traceback:\n{text[-3000:]}"
