@@ -79,6 +79,9 @@ def calibration(
     methods: Annotated[
         str, typer.Option(help="Methods, separated by commas.")
     ] = "vis,vis+tac+pen,vis+tac+pen+mem",
+    plain: Annotated[
+        str, typer.Option(help="Methods to judge without a calibration alone, besides.")
+    ] = "",
     jobs: Annotated[int, typer.Option(min=1, help="Processes to use.")] = 2,
     recorded: Annotated[
         bool,
@@ -92,7 +95,16 @@ def calibration(
     from .calibration import run
 
     counts = [int(count) for count in grasps.split(",")]
-    run(recordings, robots, tests, counts, methods.split(","), jobs, recorded)
+    run(
+        recordings,
+        robots,
+        tests,
+        counts,
+        methods.split(","),
+        plain.split(",") if plain else [],
+        jobs,
+        recorded,
+    )
 
 
 @app.command()

@@ -49,6 +49,7 @@ class Case(NamedTuple):
         tests: Recordings that it is judged on.
         counts: Numbers of earlier grasps to calibrate from.
         methods: What is judged.
+        plain: What is judged without a calibration alone, besides.
         imposed: Whether the recordings get its errors; otherwise they have them.
     """
 
@@ -57,6 +58,7 @@ class Case(NamedTuple):
     tests: tuple[Path, ...]
     counts: tuple[int, ...]
     methods: tuple[str, ...]
+    plain: tuple[str, ...]
     imposed: bool
 
     def load(self, path: Path) -> Recording:
@@ -70,6 +72,7 @@ def run(
     tests: int,
     counts: Sequence[int],
     methods: Sequence[str],
+    plain: Sequence[str],
     jobs: int,
     recorded: bool = False,
 ) -> None:
@@ -83,13 +86,23 @@ def run(
         tests: How many grasps each is judged on.
         counts: Numbers of earlier grasps to calibrate from.
         methods: What is judged.
+        plain: What is judged without a calibration alone, besides.
         jobs: Processes to use.
         recorded: Whether to judge the robots that made the recordings instead.
     """
     paths = list(find_recordings([recordings]).values())
     make = _recorded if recorded else partial(_imposed, robots=robots)
-    cases = list(make(paths, tests=tests, counts=counts, methods=tuple(methods)))
-    about = [str(recordings.resolve()), len(paths), tests, list(counts), list(methods), recorded]
+    judged = {"counts": counts, "methods": tuple(methods), "plain": tuple(plain)}
+    cases = list(make(paths, tests=tests, **judged))
+    about = [
+        str(recordings.resolve()),
+        len(paths),
+        tests,
+        list(counts),
+        list(methods),
+        list(plain),
+        recorded,
+    ]
     found = _done(about)
     missing = [case for case in cases if str(case.robot) not in found]
     for rows in run_tasks(judge, missing, jobs):
@@ -114,23 +127,15 @@ def _done(about: list[Any]) -> dict[str, list[dict[str, Any]]]:
     return dict(known["robots"]) if known["about"] == about else {}
 
 
-def _imposed(
-    paths: Sequence[Path],
-    robots: int,
-    tests: int,
-    counts: Sequence[int],
-    methods: tuple[str, ...],
-) -> Iterator[Case]:
+def _imposed(paths: Sequence[Path], robots: int, tests: int, **judged: Any) -> Iterator[Case]:
     """Robots with errors of their own, all of the same grasps, and one without error last."""
     for n in range(robots + 1):
         order = np.random.default_rng(n).permutation(len(paths)).tolist()
         robot = FIRST_ROBOT + n if n < robots else None
-        yield _case(robot, [paths[i] for i in order], tests, counts, methods, imposed=True)
+        yield _case(robot, [paths[i] for i in order], tests, imposed=True, **judged)
 
 
-def _recorded(
-    paths: Sequence[Path], tests: int, counts: Sequence[int], methods: tuple[str, ...]
-) -> Iterator[Case]:
+def _recorded(paths: Sequence[Path], tests: int, **judged: Any) -> Iterator[Case]:
     """The robots that made the recordings."""
     made: dict[str, list[Path]] = {}
     for path in paths:
@@ -139,7 +144,7 @@ def _recorded(
         if not name.isdigit():
             raise RecordingError(f"{own[0]} is of no robot with a number (sim generate --robot N)")
         order = np.random.default_rng(int(name)).permutation(len(own)).tolist()
-        yield _case(int(name), [own[i] for i in order], tests, counts, methods, imposed=False)
+        yield _case(int(name), [own[i] for i in order], tests, imposed=False, **judged)
 
 
 def _case(
@@ -148,12 +153,13 @@ def _case(
     tests: int,
     counts: Sequence[int],
     methods: tuple[str, ...],
+    plain: tuple[str, ...],
     imposed: bool,
 ) -> Case:
     """A robot that is judged on the first of its recordings."""
     earlier = tuple(paths[tests:])
     usable = tuple(count for count in counts if count <= len(earlier))
-    return Case(robot, earlier, tuple(paths[:tests]), usable, methods, imposed)
+    return Case(robot, earlier, tuple(paths[:tests]), usable, methods, plain, imposed)
 
 
 def judge(case: Case) -> list[dict[str, Any]]:
@@ -207,7 +213,7 @@ def _judged(
     for path in case.tests:
         recording = case.load(path)
         frames = evaluation_frames(recording)
-        for method in case.methods:
+        for method in (*case.methods, *(case.plain if count == 0 else ())):
             if count == ONLINE and not method.endswith("+mem"):
                 continue
             errors, covered = _errors(

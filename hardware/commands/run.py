@@ -75,6 +75,12 @@ def run(
             help="Ask nobody: begin at once, and wait until the camera sees the object lie still.",
         ),
     ] = False,
+    calibration: Annotated[
+        Path | None, typer.Option(help="The robot's calibration, of `vtgtsam calibrate`.")
+    ] = None,
+    calibrate: Annotated[
+        bool, typer.Option("--calibrate", help="Calibrate camera and joints while it works.")
+    ] = False,
     seed: Annotated[int, typer.Option(min=0, help="Of the emulation's noise.")] = 0,
 ) -> None:
     """Close the hand round an object, track it, and record everything."""
@@ -82,7 +88,7 @@ def run(
     from hardware.live.devices import Ports, load_hand_and_grasp, real_devices
     from hardware.live.session import Plan
     from hardware.servo.description import load_description
-    from vtgtsam import load_object
+    from vtgtsam import Calibration, load_object
     from vtgtsam.vision.depth_tracker import FORMS
 
     if tracker not in FORMS:
@@ -92,11 +98,17 @@ def run(
     if emulate:
         description = description.model_copy(update=EMULATED)
     model, grasp = load_hand_and_grasp(description)
+    settings = _config(config)
+    if calibrate and not settings.memory:
+        raise typer.BadParameter(
+            f"calibrating needs settings with memory, those of {config!r} have none",
+            param_hint="--calibrate",
+        )
     plan = Plan(
         hand=model,
         grasp=grasp,
         obj=load_object(object, scale=object_scale),
-        config=_config(config),
+        config=settings,
         T_ho=None if start is None else _start_pose(start),
         tracker=tracker,
         record=record,
@@ -105,6 +117,8 @@ def run(
         ends_after_grasp=emulate and seconds is None,
         give_up=EMULATED_GIVE_UP if emulate else GIVE_UP,
         view=where,
+        calibration=None if calibration is None else Calibration.from_yaml(calibration),
+        calibrate=calibrate,
     )
     if emulate:
         with _emulated(plan, description, seed) as devices:

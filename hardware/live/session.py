@@ -26,11 +26,20 @@ import numpy as np
 from hardware.camera.camera import Camera
 from hardware.camera.hand_view import check_hand_view
 from hardware.device import HandDevice, PadDevice
-from vtgtsam import EstimatorConfig, HandModel, Measurement, ObjectModel, PoseEstimator, adds
+from vtgtsam import (
+    Calibration,
+    EstimatorConfig,
+    HandModel,
+    Measurement,
+    ObjectModel,
+    PoseEstimator,
+    adds,
+)
+from vtgtsam.calibration.online import OnlineCalibration
 from vtgtsam.exceptions import LiveError
 from vtgtsam.grasp import GraspDescription
 from vtgtsam.live.clock import RunClock
-from vtgtsam.live.fusion import Fusion, vision_hold
+from vtgtsam.live.fusion import Estimator, Fusion, vision_hold
 from vtgtsam.live.inputs import Inputs
 from vtgtsam.live.recorder import Recorder
 from vtgtsam.live.threads import Workers
@@ -40,6 +49,7 @@ from vtgtsam.vision.depth_tracker import DepthTracker, make_tracker
 from vtgtsam.vision.first_pose import Candidate
 
 from .ages import GIVE_UP, ages, check_ages
+from .calibrating import remark, robot_of
 from .devices import Devices
 from .find import APART, as_start, find_object, still_image
 from .fingers import Fingers, Phase
@@ -78,6 +88,8 @@ class Plan:
         ends_after_grasp: Whether to end when the hand has closed, and held for a moment.
         give_up: How long joints or pads may be silent before the run ends [s].
         view: Where to show the run in Rerun, or None.
+        calibration: What is known of the robot's camera and joints, or None.
+        calibrate: Whether to find out more while it works.
     """
 
     hand: HandModel
@@ -92,6 +104,8 @@ class Plan:
     ends_after_grasp: bool = False
     give_up: float = GIVE_UP
     view: Where | None = None
+    calibration: Calibration | None = None
+    calibrate: bool = False
 
 
 def carry_out(plan: Plan, devices: Devices, ask: Ask | None, say: Callable[[str], None]) -> Status:
@@ -123,7 +137,9 @@ class _Session:
         self._plan, self._devices, self._ask, self._say = plan, devices, ask, say
         self._clock = RunClock()
         self._recorder = Recorder(None)
-        self._estimator = PoseEstimator(plan.hand, plan.obj, plan.config)
+        self._estimator: Estimator = PoseEstimator(
+            plan.hand, plan.obj, plan.config, plan.calibration
+        )
         self._inputs = self._make_inputs()
         self._view: LiveView | None = None
 
@@ -135,11 +151,12 @@ class _Session:
             if plan.view is not None:
                 setup = Setup(plan.hand, plan.obj, self._devices.T_ch, camera.intrinsics)
                 self._view = stack.enter_context(LiveView(plan.view, setup))
+            self._know_camera(camera.name, stack)
             tracker = make_tracker(plan.tracker, plan.obj, camera.intrinsics, plan.hand)
             self._warm_up(tracker)
             pads = stack.enter_context(self._devices.open_pads())
             self._clock = RunClock()
-            self._recorder = stack.enter_context(Recorder(self._writer()))
+            self._recorder = stack.enter_context(Recorder(self._writer(camera.name)))
             self._inputs = self._make_inputs()
             workers = stack.enter_context(Workers())
             # The last to come in is the first to go out: the torque.
@@ -166,9 +183,29 @@ class _Session:
             *vision.remarks(),
             *self._recorder.remarks(),
         ]
+        if plan.calibrate:
+            status.remarks.append(remark(plan.calibration, self._estimator.calibration))
         if not fusion.count:
             raise LiveError("; ".join([_why_no_pose(vision), *status.remarks]))
         return status
+
+    def _know_camera(self, name: str, stack: ExitStack) -> None:
+        """Refuse a calibration of another camera, and begin to calibrate this one where that is wanted."""
+        plan = self._plan
+        robot = robot_of(plan.hand, name, plan.calibration)
+        if plan.calibrate:
+            online = OnlineCalibration(
+                plan.hand,
+                plan.obj,
+                plan.config,
+                plan.calibration,
+                robot,
+                on_change=self._recalibrated,
+            )
+            self._estimator = stack.enter_context(online)
+
+    def _recalibrated(self, time: float, calibration: Calibration) -> None:
+        self._recorder.write("calibration", round(time * 1e9), calibration)
 
     def _make_inputs(self) -> Inputs:
         return Inputs(
@@ -180,7 +217,7 @@ class _Session:
             hand_moves=True,
         )
 
-    def _writer(self) -> RecordingWriter | None:
+    def _writer(self, camera: str) -> RecordingWriter | None:
         plan = self._plan
         if plan.record is None:
             return None
@@ -192,10 +229,18 @@ class _Session:
             "started": datetime.now(UTC).isoformat(timespec="seconds"),
             "config": json.dumps(plan.config.model_dump(mode="json"), sort_keys=True),
             "emulated": "no" if self._devices.lost is None else "yes",
+            names.CAMERA: camera,
+            names.VISUAL_COVARIANCE: "tracker",
             names.VISION_HOLD: repr(vision_hold(self._estimator)),
         }
         mesh = mesh_file(plan.obj)
-        return RecordingWriter(plan.record, metadata, hand_xml=plan.hand.xml, mesh=mesh)
+        return RecordingWriter(
+            plan.record,
+            metadata,
+            hand_xml=plan.hand.xml,
+            mesh=mesh,
+            calibration=plan.calibration,
+        )
 
     def _warm_up(self, tracker: DepthTracker) -> None:
         """Have everything compiled that is compiled at first use, before there is torque.

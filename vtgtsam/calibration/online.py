@@ -61,6 +61,7 @@ class OnlineCalibration:
 
     Attributes:
         estimator: The estimator.
+        config: Its settings.
 
     Raises:
         ValueError: The method has no memory.
@@ -86,7 +87,8 @@ class OnlineCalibration:
             robot = Robot.of_hand(hand) if prior is None else prior.robot
         robot.check_hand(hand)
         assert isinstance(hand, HandModel)  # what has joints is one
-        self._hand, self._obj, self._config, self._prior = hand, obj, config, prior
+        self.config = config
+        self._hand, self._obj, self._prior = hand, obj, prior
         self._robot, self._period, self._on_change = robot, period, on_change
         self.estimator = PoseEstimator(hand, obj, config, prior)
         self._background = Background(hand, obj) if background else None
@@ -112,7 +114,7 @@ class OnlineCalibration:
         estimate = self.estimator.update(measurement)
         if self._known is None:
             self._known = Known.before(
-                self._robot, self._hand, measurement, self._prior, self._config
+                self._robot, self._hand, measurement, self._prior, self.config
             )
         self._note(measurement, estimate)
         self._ask(measurement.time)
@@ -179,7 +181,7 @@ class OnlineCalibration:
             known=self._known.belief,
             start=start.mean,
             camera_origin=self._known.camera_origin,
-            config=self._config,
+            config=self.config,
         )
         if self._background is not None:
             self._background.ask(question)

@@ -95,7 +95,14 @@ class Robot:
             CalibrationError: It is, or its camera moves.
         """
         self.check_hand(recording.hand, whose)
-        other = Robot.of(recording)
+        self.check_camera(Robot.of(recording), whose)
+
+    def check_camera(self, other: Robot, whose: str = "this calibration") -> None:
+        """Refuse another camera, or one that was moved.
+
+        Raises:
+            CalibrationError: The other robot has another one.
+        """
         if self.camera_name and other.camera_name and self.camera_name != other.camera_name:
             raise CalibrationError(
                 f"{whose} is of camera {self.camera_name!r}, not of {other.camera_name!r}"

@@ -20,6 +20,7 @@ import time
 from collections.abc import Callable
 from typing import NamedTuple
 
+from ..calibration.online import OnlineCalibration
 from ..estimate import Estimate
 from ..estimator import PoseEstimator
 from ..measurement import Measurement
@@ -50,7 +51,10 @@ class Fused(NamedTuple):
 Taker = Callable[[Fused], None]
 
 
-def vision_hold(estimator: PoseEstimator) -> float:
+Estimator = PoseEstimator | OnlineCalibration
+
+
+def vision_hold(estimator: Estimator) -> float:
     """How long a visual pose counts in frames that have no newer one [s]: memory needs each but once."""
     return 0.0 if estimator.config.memory else VISION_HOLD
 
@@ -76,7 +80,7 @@ class Fusion:
     def __init__(
         self,
         inputs: Inputs,
-        estimator: PoseEstimator,
+        estimator: Estimator,
         clock: Clock,
         taker: Taker = lambda fused: None,
         rate: float = RATE,

@@ -25,6 +25,7 @@ TACTILE_PADS = "vtgtsam_msgs/msg/TactilePads"
 POSE = "geometry_msgs/msg/PoseStamped"
 POSE_WITH_COVARIANCE = "geometry_msgs/msg/PoseWithCovarianceStamped"
 COMPRESSED_IMAGE = "sensor_msgs/msg/CompressedImage"
+STRING = "std_msgs/msg/String"
 CAMERA_INFO = "sensor_msgs/msg/CameraInfo"
 
 QUATERNION_TOLERANCE = 0.01  # |norm - 1| above which a quaternion is a mistake, as tf2 has it

@@ -7,6 +7,7 @@ HAND_POSE = "/hand/pose"
 VISION = "/vision/object_pose"
 TRUTH = "/truth/object_pose"
 ESTIMATE = "/estimate/object_pose"
+CALIBRATION = "/estimate/calibration"
 CAMERA_POSE = "/camera/pose"
 DEPTH = "/camera/depth"
 COLOR = "/camera/color"
@@ -15,6 +16,7 @@ CAMERA_INFO = "/camera/info"
 METADATA = "vtgtsam"
 HAND_ATTACHMENT = "hand"  # without the suffix, which says what kind of file it is
 OBJECT_ATTACHMENT = "object"
+CALIBRATION_ATTACHMENT = "calibration.yaml"  # the one in force from the start of a live run
 VISION_HOLD = (
     "vision_hold"  # in the metadata: how long a visual pose counted again in a live run [s]
 )

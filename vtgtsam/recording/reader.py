@@ -15,6 +15,7 @@ from ..exceptions import RecordingError
 from . import names
 from .align import Streams, to_world
 from .bags import open_source
+from .calibrations import read_calibrations
 from .camera_share import holds_camera, of_tracker
 from .consistency.repeats import without_identity, without_repeats
 from .named import read_contacts, read_joints
@@ -71,6 +72,7 @@ def read_recording(
         make_hand=partial(_hand, hand, topic_map, info, source.attachments),
         make_object=partial(_object, object, topic_map, info, source.attachments),
         present=source.topics,
+        make_calibrations=partial(read_calibrations, source.attachments, bag[names.CALIBRATION]),
     )
     recording.warn(warnings)
     return recording

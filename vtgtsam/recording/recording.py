@@ -18,6 +18,7 @@ from ..input.plain import plain, sentence
 from ..measurement import Measurement
 from . import names
 from .align import Streams, measurements_at
+from .calibrations import Calibrations
 from .camera_share import holds_camera
 from .consistency import Evidence, Finding, check
 from .named import NamedStream
@@ -59,6 +60,7 @@ class Recording:
         make_hand: Callable[[], HandModel],
         make_object: Callable[[], ObjectModel],
         present: dict[str, str],
+        make_calibrations: Callable[[], Calibrations] = Calibrations,
     ) -> None:
         self.path = path
         self.info = info
@@ -67,6 +69,7 @@ class Recording:
         self._streams = streams
         self._make_hand = make_hand
         self._make_object = make_object
+        self._make_calibrations = make_calibrations
         self._present = present  # type by topic, for error messages
 
     def __repr__(self) -> str:
@@ -236,6 +239,15 @@ class Recording:
     def estimates(self) -> PoseTrajectory | None:
         """What a live run estimated, T_wo, or None."""
         return _trajectory(self._streams.estimate)
+
+    @cached_property
+    def calibrations(self) -> Calibrations:
+        """What a live run corrected its measurements with; those of the recording are uncorrected.
+
+        Raises:
+            RecordingError: One of them cannot be read.
+        """
+        return self._make_calibrations()
 
     @property
     def covariance_holds_camera(self) -> bool:

@@ -171,7 +171,7 @@ class Topics(_Model):
     def used(self) -> Iterator[str]:
         """Names of all topics that are read, images apart."""
         yield from (self.joints, self.contacts.topic, self.hand_pose, self.vision.topic)
-        yield from (self.truth, self.estimate)
+        yield from (self.truth, self.estimate, names.CALIBRATION)
         if isinstance(self.camera_pose, str):
             yield self.camera_pose
 

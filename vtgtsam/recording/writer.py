@@ -18,12 +18,14 @@ from mcap.writer import Writer
 from .. import __version__
 from ..atomic import naming
 from . import messages, names
+from .calibrations import text_of_change
 from .covariance import ros_from_tangent
 from .images import encode_color, encode_depth
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
+    from ..calibration.calibration import Calibration
     from ..camera import CameraIntrinsics
 
 MAX_CHUNK_BYTES = 64 * 1024
@@ -55,6 +57,7 @@ class RecordingWriter:
         hand_xml: str | None = None,
         mesh: bytes | None = None,
         mesh_suffix: str = ".obj",
+        calibration: Calibration | None = None,
     ) -> None:
         """Create the file.
 
@@ -65,6 +68,7 @@ class RecordingWriter:
             hand_xml: The hand's MJCF or URDF, complete in itself.
             mesh: The object's mesh file, byte for byte.
             mesh_suffix: That file's suffix, such as ".obj", ".stl" or ".ply".
+            calibration: The calibration that a live run begins with. What is recorded stays uncorrected.
         """
         entries = {"version": __version__, **(metadata or {})}
         wrong = [key for key, value in entries.items() if not isinstance(value, str)]
@@ -87,6 +91,9 @@ class RecordingWriter:
             self._attach(names.HAND_ATTACHMENT + suffix, "application/xml", hand_xml.encode())
         if mesh is not None:
             self._attach(names.OBJECT_ATTACHMENT + mesh_suffix, "application/octet-stream", mesh)
+        if calibration is not None:
+            text = calibration.text().encode()
+            self._attach(names.CALIBRATION_ATTACHMENT, "application/yaml", text)
         self._mcap.flush()  # type: ignore[no-untyped-call]
 
     def joint_states(
@@ -167,6 +174,13 @@ class RecordingWriter:
         """The object's pose as a live run estimated it at the instant it fused."""
         self._write_pose(names.ESTIMATE, time, T_wo, received)
 
+    def calibration(
+        self, time: Seconds, calibration: Calibration, received: Seconds | None = None
+    ) -> None:
+        """The calibration that a live run goes on with, from the frame of that instant on."""
+        fields = {"data": text_of_change(float(time), calibration)}
+        self._write_fields(names.CALIBRATION, messages.STRING, time, fields, received)
+
     def camera_pose(
         self, time: Seconds, T_wc: gtsam.Pose3, received: Seconds | None = None
     ) -> None:
@@ -242,8 +256,20 @@ class RecordingWriter:
         received: Seconds | None = None,
     ) -> None:
         stamp = _nanoseconds("time", time)
+        fields = {"header": messages.header(stamp, frame), **fields}
+        self._write_fields(topic, msgtype, time, fields, received)
+
+    def _write_fields(
+        self,
+        topic: str,
+        msgtype: str,
+        time: Seconds,
+        fields: dict[str, Any],
+        received: Seconds | None,
+    ) -> None:
+        stamp = _nanoseconds("time", time)
         known = stamp if received is None else _nanoseconds("received", received)
-        data = messages.encoder(msgtype)({"header": messages.header(stamp, frame), **fields})
+        data = messages.encoder(msgtype)(fields)
         size = len(data) + _RECORD_OVERHEAD
         if topic not in self._channels:  # its definition goes into the same chunk
             size += len(messages.definition(msgtype).encode()) + 2 * _RECORD_OVERHEAD + len(topic)

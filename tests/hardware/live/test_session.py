@@ -22,9 +22,12 @@ from hardware.live.session import Plan, carry_out
 from hardware.servo.bus import ServoError
 from hardware.servo.description import load_description
 from hardware.servo.hand import Hand
-from vtgtsam import EstimatorConfig, load_object
+from vtgtsam import Calibration, EstimatorConfig, load_object, read_recording
+from vtgtsam.calibration.robot import Robot
 from vtgtsam.camera import CameraIntrinsics
 from vtgtsam.exceptions import LiveError, VtgtsamError
+from vtgtsam.live.replay import replay
+from vtgtsam.offsets import CalibrationPrior
 from vtgtsam.vision.alignment import Evidence, Shape
 from vtgtsam.vision.hand_mask import HandMask
 from vtgtsam.vision.view import View
@@ -308,3 +311,32 @@ def test_a_recording_that_cannot_be_written_is_an_error_in_words(bench, tmp_path
         with pytest.raises(VtgtsamError, match=r"cannot go on writing .*out.mcap: No space left"):
             bench.run(record=tmp_path / "out.mcap")
     assert bench.all_off()
+
+
+def calibration(camera):
+    """A robot whose thumb turns by half a degree less than its servo says."""
+    robot = Robot(HAND.name, HAND.joint_names, camera, gtsam.Pose3())
+    units = HAND.zero_units
+    P = CalibrationPrior.of_config(EstimatorConfig(), units, np.zeros(3)).covariance
+    zeros = dict.fromkeys(HAND.joint_names, 0.0) | {"thumb_rotation": np.deg2rad(0.5)}
+    return Calibration(robot, np.zeros(6), T_CH.translation(), zeros, P / 4)
+
+
+def test_a_run_that_calibrates_records_what_it_corrected_with_and_can_be_replayed(bench, tmp_path):
+    known, path = calibration("scene"), tmp_path / "run.mcap"
+    status = bench.run(calibration=known, calibrate=True, record=path, images=False)
+    assert bench.all_off()
+    assert status.remarks[-1] == "this grasp has not calibrated anything"  # nothing touches
+    recording = read_recording(path)
+    assert recording.info["camera"] == "scene"
+    assert recording.calibrations.first.joint_zeros == known.joint_zeros
+    recorded = recording.estimates
+    for estimate in replay(recording):
+        T_wo = recorded.at([estimate.time])[0]
+        assert T_wo.equals(estimate.T_wo, 1e-9)
+
+
+def test_a_calibration_of_another_camera_is_refused_before_there_is_torque(bench):
+    with pytest.raises(VtgtsamError, match="of camera 'other', not of 'scene'"):
+        bench.run(calibration=calibration("other"))
+    assert bench.all_off() and not bench.pads.prepared
