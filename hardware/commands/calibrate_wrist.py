@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 
 import typer
 
+from vtgtsam.commands.options import Force, refuse_existing
+
 from .options import Camera, Emulate, Hand, Servos, Wrist, calibration_file
 
 if TYPE_CHECKING:
@@ -24,6 +26,7 @@ def calibrate_wrist(
     servos: Servos = None,
     wrist: Wrist = None,
     emulate: Emulate = False,
+    force: Force = False,
 ) -> None:
     """Find the hand in the camera frame from the AprilTag on its wrist, averaged over 30 images.
 
@@ -37,6 +40,8 @@ def calibrate_wrist(
     from hardware.servo.description import load_description
     from vtgtsam.exceptions import ConfigError
 
+    path = calibration_file(wrist, hand, "wrist")
+    refuse_existing(path, force)
     description = load_description(hand)
     mount = description.wrist_tag
     if mount is None:
@@ -58,7 +63,6 @@ def calibrate_wrist(
         typer.echo("not compared with the depth image: give --servos, so that the joints are known")
     else:
         typer.echo(compare_with_depth(T_ch, depth, intrinsics, model, joints, mount))
-    path = calibration_file(wrist, hand, "wrist")
     save_wrist(path, T_ch)
     typer.echo(f"written to {path}")
 

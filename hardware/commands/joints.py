@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from vtgtsam.commands.options import Force, refuse_existing
+
 from .options import Emulate, Hand, Servos, ask, needed_port, show_live
 
 if TYPE_CHECKING:
@@ -77,6 +79,7 @@ def calibrate_joints(
             help="Take zeros from this file of `vtgtsam calibrate`; no servos are needed, signs stay.",
         ),
     ] = None,
+    force: Force = False,
 ) -> None:
     """Measure zeros and signs: hold each joint at two marks and say its angle. Writes the hand's file.
 
@@ -87,8 +90,8 @@ def calibrate_joints(
 
     source = description_path(hand)
     path = out or (Path(source.name) if source.parent == DATA else source)
-    if path.exists() and path != source:
-        raise typer.BadParameter(f"{path} exists; name another file", param_hint="--out")
+    if path != source:
+        refuse_existing(path, force)
     if calibration is not None:
         found = _calibrated(load_description(hand), calibration, joint)
         save_zeros(source, path, found)

@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING
 
 import typer
 
+from vtgtsam.commands.options import Force, refuse_existing
+
 from .options import Emulate, Hand, Pads, Scale, ask, calibration_file, needed_port, show_live
 
 if TYPE_CHECKING:
@@ -61,13 +63,18 @@ def _watch(wiring: PadWiring, port: str, path: Path) -> None:
 
 
 def calibrate_pads(
-    hand: Hand = "isyhand", pads: Pads = None, scale: Scale = None, emulate: Emulate = False
+    hand: Hand = "isyhand",
+    pads: Pads = None,
+    scale: Scale = None,
+    emulate: Emulate = False,
+    force: Force = False,
 ) -> None:
     """Walk through the calibration of the pads: untouched, then each pressed with 6 N."""
     from hardware.servo.description import load_description, wiring_of
 
     wiring = wiring_of(load_description(hand))
     path = calibration_file(scale, hand, "pads")
+    refuse_existing(path, force)
     if not emulate:
         _walk_through(wiring, needed_port(pads, "--pads"), path, ask)
         return

@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from vtgtsam.commands.options import Force, refuse_existing
+
 from .options import (
     Camera,
     Emulate,
@@ -82,6 +84,7 @@ def run(
         bool, typer.Option("--calibrate", help="Calibrate camera and joints while it works.")
     ] = False,
     seed: Annotated[int, typer.Option(min=0, help="Of the emulation's noise.")] = 0,
+    force: Force = False,
 ) -> None:
     """Close the hand round an object, track it, and record everything."""
     from hardware.live.ages import GIVE_UP
@@ -93,6 +96,9 @@ def run(
 
     if tracker not in FORMS:
         raise typer.BadParameter(f"expected {' or '.join(FORMS)}", param_hint="--tracker")
+    for file in (record, save_view):
+        if file is not None:
+            refuse_existing(file, force)
     where = _where(view, save_view)
     description = load_description(hand)
     if emulate:
