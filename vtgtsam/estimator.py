@@ -13,58 +13,33 @@ from __future__ import annotations
 import logging
 import math
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import gtsam
 import numpy as np
-from gtsam.symbol_shorthand import Q, X
 
+from .answer import solved_estimate, unsolved_estimate
 from .calibration.calibration import Calibration
 from .calibration.change import Change
 from .compiled import on_disk
 from .config import EstimatorConfig
-from .covariance import covariance_of
-from .estimate import Estimate, Status
-from .factors.noise import welsch_weight
+from .estimate import Estimate
 from .faults.watch import Watch
-from .faults.words import HAND_FROZEN, TIME_WENT_BACK, VISION_JUMPS, VISION_TOO_LATE
+from .faults.words import HAND_FROZEN, TIME_WENT_BACK, VISION_TOO_LATE
 from .frame import Frame, Hand, check, require_finite_pose
-from .graph import FrameFactors, frame_factors
 from .hands.pads import PadSet
-from .history import KEPT, SAME, History, Past
-from .knowledge import Knowledge, frame_information, fused
+from .history import SAME, History, Past
 from .measurement import Measurement
-from .memory import Belief, Expectation, expectation, may_take_over, refused_since
+from .memory import Belief
 from .modes import Mode, ModeFilter
 from .objects import ObjectModel
 from .offsets import CalibrationPrior
-from .optimize import Solution, optimize
-from .sdf.search import ClosestPoints
 from .sdf.search.compiled_search import closest_on_pads
-from .status import Fit, is_lost, status_of, visual_weight
-
-OBJECT = X(0)  # key of T_ho
-ZEROS = Q(0)  # key of the joints' zeros dq
-
-JUMP_MUST_EXPLAIN = 0.3  # share of the cost that a pose after a jump may have to be believed while the object is held
+from .solver import FrameSolver, Solved
 
 SAME_POINT = 1e-6  # [m]
 
 logger = logging.getLogger(__name__)
-
-
-class Solved(NamedTuple):
-    """A solved frame.
-
-    Attributes:
-        fit: Where the solver ended.
-        knowledge: What is known of the pose there.
-        belief: What is remembered of it.
-    """
-
-    fit: Fit
-    knowledge: Knowledge
-    belief: Belief
 
 
 class Late(NamedTuple):
@@ -114,7 +89,7 @@ class PoseEstimator:
         self.obj = obj
         self.config = config
         self.calibration = calibration
-        self._closest = ClosestPoints(hand, obj.sdf)
+        self._solver = FrameSolver(hand, obj.sdf, config)
         self.reset()
         self._warm_up()
 
@@ -178,7 +153,7 @@ class PoseEstimator:
             measurement = self.calibration.corrected(measurement)
         frame = check(measurement, self.hand, self.config.use_visual_covariance, self._hand)
         if not math.isfinite(frame.time):
-            return self._without_solving(frame, "invalid")
+            return unsolved_estimate(frame, "invalid", self._last_T_wo())
         frame = self._watch.before(frame)
         if self._belief is not None and frame.time < self._belief.time:
             return self._out_of_order(frame)
@@ -193,7 +168,7 @@ class PoseEstimator:
         solved = self._step(frame, mode, self._belief)
         self._history.append(Past(frame, mode, self._belief))
         if solved is None:
-            return self._without_solving(frame, "waiting")
+            return unsolved_estimate(frame, "waiting", self._last_T_wo())
         self._belief, self._T_wo_given = solved.belief, None
         estimate = self._estimate(frame, mode, solved)
         if late is not None:  # judged in its own frame
@@ -207,19 +182,7 @@ class PoseEstimator:
         if start is None:
             return None
         prior = self._calibration_prior(frame)
-        factors = frame_factors(frame, self._closest, OBJECT, self.config, prior, ZEROS, start)
-        expected = None
-        if self.config.method == "vis":
-            fit = self._as_seen(frame, factors, start)
-        elif self.config.memory:
-            fit, expected = self._remembered(frame, factors, start, mode, before)
-        else:
-            fit = self._fused(frame, factors, start)
-        information = frame_information(factors, fit.values, prior, frame.T_wo_visual)
-        knowledge = fused(information) if expected is None else expected.posterior(information)
-        refused = refused_since(before, frame, fit.visual_weight, self.config)
-        kept = knowledge if self.config.memory else None
-        return Solved(fit, knowledge, Belief(frame.time, fit.T_ho, kept, refused))
+        return self._solver.solve(frame, mode, before, start, prior)
 
     def _start(self, frame: Frame, before: Belief | None) -> gtsam.Pose3 | None:
         """Where the solver starts: at the last pose in the hand, or at the visual one."""
@@ -239,46 +202,6 @@ class PoseEstimator:
             self._prior = CalibrationPrior.of_config(self.config, units, origin)
         return self._prior
 
-    def _as_seen(self, frame: Frame, factors: FrameFactors, start: gtsam.Pose3) -> Fit:
-        """Method ``vis``: the visual pose as it is; where there is none the last one, carried with the hand."""
-        T_ho = start if frame.T_ho_visual is None else frame.T_ho_visual
-        return self._fit(factors, Solution(_at(T_ho), iterations=0, error=0.0), moved=False)
-
-    def _fused(self, frame: Frame, factors: FrameFactors, start: gtsam.Pose3) -> Fit:
-        """The frame by itself, from the last estimate on."""
-        fit = self._solved(factors, factors.graph(), start)
-        if self.config.recover and frame.T_ho_visual is not None and is_lost(fit):
-            logger.info("t = %s: lost, starting again from vision", frame.time)
-            return self._solved(factors, factors.graph(), frame.T_ho_visual)
-        return fit
-
-    def _remembered(
-        self,
-        frame: Frame,
-        factors: FrameFactors,
-        start: gtsam.Pose3,
-        mode: Mode,
-        before: Belief | None,
-    ) -> tuple[Fit, Expectation | None]:
-        """The frame and what the frames before say; vision takes over where it was refused for long."""
-        expected = expectation(before, frame.time, mode, self.config)
-        graph = factors.graph()
-        if expected is not None:
-            graph.push_back(expected.factor(OBJECT))
-        fit = self._solved(factors, graph, start)
-        refused = refused_since(before, frame, fit.visual_weight, self.config)
-        if expected is None or not may_take_over(frame, refused, self.config):
-            return fit, expected
-        assert frame.T_ho_visual is not None
-        alone = self._solved(factors, factors.graph(), frame.T_ho_visual)
-        needed = factors.graph().error(fit.values)
-        if VISION_JUMPS in frame.faults and mode == "held":
-            needed *= JUMP_MUST_EXPLAIN  # what is held does not jump: touch must speak for it
-        if frame.touching.any() and alone.error >= needed:
-            return fit, expected
-        logger.info("t = %s: vision was refused for long, starting again from it", frame.time)
-        return alone, None
-
     def _fuse_late(self, frame: Frame, visual_time: float) -> tuple[Frame, Late | None]:
         """Fuse a visual pose at its own instant, which is in the past.
 
@@ -286,18 +209,18 @@ class PoseEstimator:
             The frame, which is left without it, and what became of it; the frame as it is and None where the pose is
             not late.
         """
-        T_ho_visual = frame.T_ho_visual
-        if T_ho_visual is None or visual_time >= frame.time - SAME:
+        if frame.T_ho_visual is None or visual_time >= frame.time - SAME:
             return frame, None
         unseen = frame._replace(T_ho_visual=None, visual_covariance=None)
-        hand = Hand(frame.T_wh, frame.T_hp, frame.joints)
-        T_wh = self._history.hand_at(visual_time, hand, frame.time)
-        if T_wh is None or not visual_time >= frame.time - KEPT:
+        late = self._history.at_its_instant(frame, visual_time)
+        if late is None or late.T_ho_visual is None:
             return unseen._replace(faults=(*frame.faults, VISION_TOO_LATE)), None
-        seen = T_wh.between(frame.T_wh.compose(T_ho_visual))
-        late = frame._replace(time=visual_time, T_wh=T_wh, T_ho_visual=seen)
         if not self.config.memory:  # nothing is remembered that the pose could have changed
-            return frame._replace(T_ho_visual=seen), None
+            return frame._replace(T_ho_visual=late.T_ho_visual), None
+        return unseen, Late(late.T_ho_visual, self._solve_again(late))
+
+    def _solve_again(self, late: Frame) -> float:
+        """Solve a late pose's frame and all after it again; how much the pose counted in its own."""
         again = self._history.rewind(late, self._belief)
         self._belief = again[0].before
         weight = 0.0
@@ -307,7 +230,7 @@ class PoseEstimator:
             if solved is not None:
                 self._belief = solved.belief
                 weight = solved.fit.visual_weight if k == 0 else weight
-        return unseen, Late(seen, weight)
+        return weight
 
     def _out_of_order(self, frame: Frame) -> Estimate:
         """A frame that is earlier than the last one: by itself, and nothing is remembered of it."""
@@ -318,75 +241,9 @@ class PoseEstimator:
         assert solved is not None
         return self._estimate(frame, "free", solved)
 
-    def _solved(
-        self, factors: FrameFactors, graph: gtsam.NonlinearFactorGraph, start: gtsam.Pose3
-    ) -> Fit:
-        values = _at(start)
-        if factors.zeros is not None:
-            values.insert(ZEROS, factors.zeros.prior())
-        solution = Solution(values, iterations=0, error=0.0)
-        if not graph.empty():
-            solution = optimize(graph, values, self.config)
-        moved = not solution.values.atPose3(OBJECT).equals(start, 0.0)
-        return self._fit(factors, solution, moved)
-
-    def _fit(self, factors: FrameFactors, solution: Solution, moved: bool) -> Fit:
-        weight = visual_weight(factors, solution.values, self.config.visual_log_theta)
-        return Fit(factors, *solution, moved, weight)
-
     def _estimate(self, frame: Frame, mode: Mode, solved: Solved) -> Estimate:
-        """What is known where the solver ended."""
-        fit, knowledge = solved.fit, solved.knowledge
-        distances, points_w = self._pads_at(frame, fit)
-        return Estimate(
-            time=frame.time,
-            T_wo=frame.T_wh.compose(fit.T_ho),
-            covariance=knowledge.covariance(self._calibration_prior(frame)),
-            status=status_of(fit, knowledge.information, self.config),
-            faults=frame.faults,
-            mode=mode if self.config.memory else None,
-            events=(),
-            iterations=fit.iterations,
-            error=fit.error,
-            visual_weight=fit.visual_weight,
-            pad_distances=distances,
-            pad_weights=self._pad_weights(distances, frame.touching),
-            contact_points_w=points_w,
-        )
-
-    def _pads_at(self, frame: Frame, fit: Fit) -> tuple[np.ndarray, np.ndarray]:
-        """Distances of all pads [m], (K,), and closest points in the world, (K, 3); NaN where pads are not known."""
-        if not frame.pads_known:
-            count = len(self.hand)
-            return np.full(count, np.nan), np.full((count, 3), np.nan)
-        contacts = fit.factors.pads.everywhere(fit.T_ho)
-        return contacts.distances, _moved(frame.T_wh, fit.factors.pads.points_h(contacts))
-
-    def _pad_weights(self, distances: np.ndarray, touching: np.ndarray) -> np.ndarray:
-        if "tac" not in self.config.method:
-            return np.zeros(len(distances))
-        squared = self.config.w_tac * np.square(np.maximum(distances, 0.0))
-        weights = touching * welsch_weight(squared, self.config.log_theta_tac)
-        return np.nan_to_num(weights)  # type: ignore[no-any-return]
-
-    def _without_solving(self, frame: Frame, status: Status) -> Estimate:
-        """The last pose, with nothing known about it this frame."""
-        count = len(self.hand)
-        return Estimate(
-            time=frame.time,
-            T_wo=self._last_T_wo(),
-            covariance=covariance_of(np.zeros((6, 6))),
-            status=status,
-            faults=frame.faults,
-            mode=None,
-            events=(),
-            iterations=0,
-            error=math.nan,
-            visual_weight=0.0,
-            pad_distances=np.full(count, np.nan),
-            pad_weights=np.zeros(count),
-            contact_points_w=np.full((count, 3), np.nan),
-        )
+        prior = self._calibration_prior(frame)
+        return solved_estimate(frame, mode, solved, prior, self.config)
 
     def _last_T_wo(self) -> gtsam.Pose3 | None:
         if self._belief is None or self._hand is None:
@@ -402,26 +259,6 @@ class PoseEstimator:
         touching = np.ones(count, dtype=bool)
         self.update(Measurement(0.0, touching, T_wp=T_wp, T_wo_visual=gtsam.Pose3()))
         self.reset()
-
-    def __getstate__(self) -> dict[str, Any]:
-        """What a copy is made from: it searches with arrays of its own."""
-        return {name: value for name, value in self.__dict__.items() if name != "_closest"}
-
-    def __setstate__(self, state: dict[str, Any]) -> None:
-        self.__dict__.update(state)
-        self._closest = ClosestPoints(self.hand, self.obj.sdf)
-
-
-def _at(T_ho: gtsam.Pose3) -> gtsam.Values:
-    values = gtsam.Values()
-    values.insert(OBJECT, pose3=T_ho)  # by name: GTSAM finds the overload sooner
-    return values
-
-
-def _moved(T: gtsam.Pose3, points: np.ndarray) -> np.ndarray:
-    """Points (N, 3), moved by T."""
-    moved: np.ndarray = T.transformFrom(points.T).T
-    return moved
 
 
 def _require_calibration(calibration: Calibration, hand: PadSet) -> None:

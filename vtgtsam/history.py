@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import gtsam
 
-from .frame import Frame, Hand
+from .frame import Frame
 from .memory import Belief
 from .modes import Mode
 
@@ -49,9 +49,19 @@ class History:
         while self._past[0].frame.time < past.frame.time - KEPT:
             self._past.popleft()
 
-    def hand_at(self, time: float, now: Hand, now_time: float) -> gtsam.Pose3 | None:
+    def at_its_instant(self, frame: Frame, visual_time: float) -> Frame | None:
+        """The frame with its visual pose at the instant of its image [s]; None where the hand of then is forgotten."""
+        if frame.T_ho_visual is None or not visual_time >= frame.time - KEPT:
+            return None
+        T_wh = self._hand_at(visual_time, frame)
+        if T_wh is None:
+            return None
+        seen = T_wh.between(frame.T_wh.compose(frame.T_ho_visual))
+        return frame._replace(time=visual_time, T_wh=T_wh, T_ho_visual=seen)
+
+    def _hand_at(self, time: float, now: Frame) -> gtsam.Pose3 | None:
         """Where the hand was at an instant [s], between its poses before and after; None where that is forgotten."""
-        after_time, after = now_time, now.T_wh
+        after_time, after = now.time, now.T_wh
         for past in reversed(self._past):
             if past.frame.time <= time:
                 span = after_time - past.frame.time

@@ -1,0 +1,166 @@
+# SPDX-License-Identifier: MIT
+"""One frame solved: its factor graph, what is remembered as one more factor, and the LM optimiser from a start.
+
+Three ways, by method: ``vis`` takes the visual pose as it is; a memoryless method solves the frame by itself, and
+again from vision where it is lost; with memory the frames before hold the pose, until vision has been refused for long.
+"""
+
+from __future__ import annotations
+
+import logging
+from typing import Any, NamedTuple
+
+import gtsam
+from gtsam.symbol_shorthand import Q, X
+
+from .config import EstimatorConfig
+from .faults.words import VISION_JUMPS
+from .frame import Frame
+from .graph import FrameFactors, frame_factors
+from .hands.pads import PadSet
+from .knowledge import Knowledge, frame_information, fused
+from .memory import Belief, Expectation, expectation, may_take_over, refused_since
+from .modes import Mode
+from .offsets import CalibrationPrior
+from .optimize import Solution, optimize
+from .sdf.grid import GridSdf
+from .sdf.search import ClosestPoints
+from .status import Fit, is_lost, visual_weight
+
+OBJECT = X(0)  # key of T_ho
+ZEROS = Q(0)  # key of the joints' zeros dq
+
+JUMP_MUST_EXPLAIN = 0.3  # share of the cost that a pose after a jump may have to be believed while the object is held
+
+logger = logging.getLogger(__name__)
+
+
+class Solved(NamedTuple):
+    """A solved frame.
+
+    Attributes:
+        fit: Where the solver ended.
+        knowledge: What is known of the pose there.
+        belief: What is remembered of it.
+    """
+
+    fit: Fit
+    knowledge: Knowledge
+    belief: Belief
+
+
+class FrameSolver:
+    """Solves frames of one hand and one object.
+
+    Args:
+        hand: The hand's pads.
+        sdf: The object's distance field.
+        config: Settings.
+    """
+
+    def __init__(self, hand: PadSet, sdf: GridSdf, config: EstimatorConfig) -> None:
+        self._hand = hand
+        self._sdf = sdf
+        self._config = config
+        self._closest = ClosestPoints(hand, sdf)
+
+    def solve(
+        self,
+        frame: Frame,
+        mode: Mode,
+        before: Belief | None,
+        start: gtsam.Pose3,
+        prior: CalibrationPrior,
+    ) -> Solved:
+        """The frame, solved.
+
+        Args:
+            frame: The frame.
+            mode: How the object moves in the hand.
+            before: What was believed before it.
+            start: T_ho that the optimiser starts from.
+            prior: What is known of the robot's offsets.
+        """
+        factors = frame_factors(frame, self._closest, OBJECT, self._config, prior, ZEROS, start)
+        expected = None
+        if self._config.method == "vis":
+            fit = self._as_seen(frame, factors, start)
+        elif self._config.memory:
+            fit, expected = self._remembered(frame, factors, start, mode, before)
+        else:
+            fit = self._fused(frame, factors, start)
+        information = frame_information(factors, fit.values, prior, frame.T_wo_visual)
+        knowledge = fused(information) if expected is None else expected.posterior(information)
+        refused = refused_since(before, frame, fit.visual_weight, self._config)
+        kept = knowledge if self._config.memory else None
+        return Solved(fit, knowledge, Belief(frame.time, fit.T_ho, kept, refused))
+
+    def _as_seen(self, frame: Frame, factors: FrameFactors, start: gtsam.Pose3) -> Fit:
+        """Method ``vis``: the visual pose as it is; where there is none the last one, carried with the hand."""
+        T_ho = start if frame.T_ho_visual is None else frame.T_ho_visual
+        return self._fit(factors, Solution(_at(T_ho), iterations=0, error=0.0), moved=False)
+
+    def _fused(self, frame: Frame, factors: FrameFactors, start: gtsam.Pose3) -> Fit:
+        """The frame by itself, from the last estimate on."""
+        fit = self._solved(factors, factors.graph(), start)
+        if self._config.recover and frame.T_ho_visual is not None and is_lost(fit):
+            logger.info("t = %s: lost, starting again from vision", frame.time)
+            return self._solved(factors, factors.graph(), frame.T_ho_visual)
+        return fit
+
+    def _remembered(
+        self,
+        frame: Frame,
+        factors: FrameFactors,
+        start: gtsam.Pose3,
+        mode: Mode,
+        before: Belief | None,
+    ) -> tuple[Fit, Expectation | None]:
+        """The frame and what the frames before say; vision takes over where it was refused for long."""
+        expected = expectation(before, frame.time, mode, self._config)
+        graph = factors.graph()
+        if expected is not None:
+            graph.push_back(expected.factor(OBJECT))
+        fit = self._solved(factors, graph, start)
+        refused = refused_since(before, frame, fit.visual_weight, self._config)
+        if expected is None or not may_take_over(frame, refused, self._config):
+            return fit, expected
+        assert frame.T_ho_visual is not None
+        alone = self._solved(factors, factors.graph(), frame.T_ho_visual)
+        needed = factors.graph().error(fit.values)
+        if VISION_JUMPS in frame.faults and mode == "held":
+            needed *= JUMP_MUST_EXPLAIN  # what is held does not jump: touch must speak for it
+        if frame.touching.any() and alone.error >= needed:
+            return fit, expected
+        logger.info("t = %s: vision was refused for long, starting again from it", frame.time)
+        return alone, None
+
+    def _solved(
+        self, factors: FrameFactors, graph: gtsam.NonlinearFactorGraph, start: gtsam.Pose3
+    ) -> Fit:
+        values = _at(start)
+        if factors.zeros is not None:
+            values.insert(ZEROS, factors.zeros.prior())
+        solution = Solution(values, iterations=0, error=0.0)
+        if not graph.empty():
+            solution = optimize(graph, values, self._config)
+        moved = not solution.values.atPose3(OBJECT).equals(start, 0.0)
+        return self._fit(factors, solution, moved)
+
+    def _fit(self, factors: FrameFactors, solution: Solution, moved: bool) -> Fit:
+        weight = visual_weight(factors, solution.values, self._config.visual_log_theta)
+        return Fit(factors, *solution, moved, weight)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """What a copy is made from: it searches with arrays of its own."""
+        return {name: value for name, value in self.__dict__.items() if name != "_closest"}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state)
+        self._closest = ClosestPoints(self._hand, self._sdf)
+
+
+def _at(T_ho: gtsam.Pose3) -> gtsam.Values:
+    values = gtsam.Values()
+    values.insert(OBJECT, pose3=T_ho)  # by name: GTSAM finds the overload sooner
+    return values
