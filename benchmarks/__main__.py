@@ -67,6 +67,36 @@ def consistency(
 
 
 @app.command()
+def memory(
+    recordings: Annotated[
+        list[Path], typer.Argument(help="Folders of recordings with truth.", exists=True)
+    ],
+    jobs: Annotated[int, typer.Option(min=1, help="Processes to use.")] = 2,
+) -> None:
+    """What memory gains before and after the turn, and where vision is silent, flipped, off or late."""
+    from .memory import run
+
+    run(recordings, jobs)
+
+
+@app.command()
+def faults(
+    recordings: Annotated[
+        list[Path], typer.Argument(help="Folders of recordings to spoil.", exists=True)
+    ],
+    clean: Annotated[
+        list[Path] | None,
+        typer.Option(help="Further folders, in which nothing should be named.", exists=True),
+    ] = None,
+    jobs: Annotated[int, typer.Option(min=1, help="Processes to use.")] = 2,
+) -> None:
+    """Whether failing sensors are named, how soon, and what they do to the pose; false alarms."""
+    from .faults import run
+
+    run(recordings, clean or [], jobs)
+
+
+@app.command()
 def calibration(
     recordings: Annotated[
         Path, typer.Argument(help="Folder of simulated recordings with truth.", exists=True)

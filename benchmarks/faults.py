@@ -1,0 +1,157 @@
+# SPDX-License-Identifier: MIT
+"""Whether failing sensors are named, how soon, and what they do to the pose; and false alarms where nothing fails.
+
+The pose with a fault is compared with the better of two that it cannot spoil: vision alone, and memory with touch but
+without vision from the fault's begin on, both from the same faulty streams.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from joblib import Parallel, delayed
+
+from vtgtsam import Estimate, EstimatorConfig, Measurement, PoseEstimator
+from vtgtsam.evaluation.find import find_recordings
+
+from .replay import MEMORY, VIS, Replay, copied, errors_mm, estimator, load
+from .replay import run as replayed
+from .report import save, table
+from .sensor_faults import BEGIN, FAULTS, SensorFault, blind, first_frame, names, wrong_object
+
+SOON = 0.5  # [s], after it could be seen
+ALLOWED_MM = 2.0  # worse than the better of vision alone and touch alone
+
+
+def run(folders: Sequence[Path], clean: Sequence[Path], jobs: int) -> None:
+    """Measure, and write ``faults.md`` and ``faults.json``.
+
+    Args:
+        folders: Recordings that are spoiled.
+        clean: Further recordings, in which nothing should be named.
+        jobs: Processes to use.
+    """
+    paths = list(find_recordings(list(folders)).values())
+    spoiled = Parallel(jobs)(delayed(of_recording)(path) for path in paths)
+    found = [result for results in spoiled for result in results]
+    rows = [_row(name, [r for r in found if r["fault"] == name]) for name in FAULTS]
+    every = list(find_recordings([*folders, *clean]).values())
+    alarms = Parallel(jobs)(delayed(false_alarms)(path) for path in every)
+    shown = _alarms(every, alarms)
+    text = (
+        f"{len(paths)} recordings, from {BEGIN:g} s on. ADD-S [mm]: medians of the frames that follow."
+        f"\n\n{table(rows)}\n\n{_alarm_words(alarms)}" + (f"\n\n{table(shown)}" if shown else "")
+    )
+    save("faults", text, {"rows": rows, "each": found, "false alarms": shown}, {})
+
+
+def of_recording(path: Path) -> list[dict[str, Any]]:
+    """What each fault does in one recording."""
+    replay = load(path)
+    middle = first_frame(replay)
+    before = {config.method: estimator(replay, config) for config in (MEMORY, VIS)}
+    for half in before.values():
+        replayed(half, replay.frames[:middle])
+    return [
+        {"fault": name, "recording": path.stem, "condition": replay.condition}
+        | _result(replay, fault, before)
+        for name, fault in FAULTS.items()
+    ]
+
+
+def _result(replay: Replay, fault: SensorFault, before: dict[str, PoseEstimator]) -> dict[str, Any]:
+    frames = fault.frames(replay)
+    estimates = _after(replay, fault, before, MEMORY, frames)
+    vision = _after(replay, fault, before, VIS, frames)
+    touch = _after(replay, fault, before, MEMORY, blind(frames))
+    errors = {
+        name: _median_mm(replay, of)
+        for name, of in (("pose", estimates), ("vision alone", vision), ("without vision", touch))
+    }
+    return {
+        **errors,
+        "worse": errors["pose"] - min(errors["vision alone"], errors["without vision"]),
+        **_naming(replay, fault, estimates),
+    }
+
+
+def _after(
+    replay: Replay,
+    fault: SensorFault,
+    before: dict[str, PoseEstimator],
+    config: EstimatorConfig,
+    frames: Sequence[Measurement],
+) -> list[Estimate]:
+    """The estimates from the fault's begin on; all of them where the object was another one from the start."""
+    if fault.stream == "object":
+        of = PoseEstimator(replay.recording.hand, wrong_object(replay), config)
+        return replayed(of, frames)
+    return replayed(copied(before[config.method]), frames[first_frame(replay) :])
+
+
+def _median_mm(replay: Replay, estimates: Sequence[Estimate]) -> float:
+    last = [e for e in estimates if e.time >= BEGIN]
+    errors = errors_mm(replay.adds, last, replay.truths[-len(last) :])
+    return float(np.median(errors))
+
+
+def _naming(replay: Replay, fault: SensorFault, estimates: Sequence[Estimate]) -> dict[str, Any]:
+    """When it is named after it could be seen, and in which words anything is."""
+    shows = fault.shows(replay)
+    times = [e.time for e in estimates if names(fault, e.faults)]
+    said = Counter(word for e in estimates for word in e.faults)
+    status = Counter(e.status for e in estimates)
+    return {
+        "shows": shows,
+        "delay": None if shows is None or not times else times[0] - shows,
+        "said": dict(said.most_common(4)),
+        "status": dict(status.most_common(3)),
+    }
+
+
+def _row(name: str, results: Sequence[dict[str, Any]]) -> dict[str, Any]:
+    shown = [r for r in results if r["shows"] is not None]
+    delays = [r["delay"] for r in shown if r["delay"] is not None]
+    soon = sum(delay <= SOON for delay in delays)
+    return {
+        "fault": name,
+        "named": f"{len(delays)} of {len(shown)}",
+        f"within {SOON:g} s": f"{soon} of {len(shown)}",
+        "slowest [s]": max(delays, default=None),
+        **{
+            f"{what} [mm]": float(np.median([r[what] for r in results]))
+            for what in ("pose", "vision alone", "without vision")
+        },
+        "worse by, at most [mm]": max(r["worse"] for r in results),
+        f"worse by at most {ALLOWED_MM:g} mm": f"{sum(r['worse'] <= ALLOWED_MM for r in results)} of {len(results)}",
+    }
+
+
+def false_alarms(path: Path) -> Counter[str]:
+    """In how many frames of a recording in which nothing fails each fault is named, and each bad status."""
+    replay = load(path)
+    estimates = replayed(estimator(replay), replay.frames)
+    words = Counter(word for e in estimates for word in e.faults)
+    words.update(f"status {e.status}" for e in estimates if e.status in ("contradicted", "lost"))
+    return words
+
+
+def _alarms(paths: Sequence[Path], alarms: Sequence[Counter[str]]) -> list[dict[str, Any]]:
+    return [
+        {"recording": str(Path(*path.parts[-4:])), "named": word, "frames": count}
+        for path, words in zip(paths, alarms, strict=True)
+        for word, count in words.items()
+    ]
+
+
+def _alarm_words(alarms: Sequence[Counter[str]]) -> str:
+    named = sum(any(not word.startswith("status") for word in words) for words in alarms)
+    bad = sum(any(word.startswith("status") for word in words) for words in alarms)
+    return (
+        f"Nothing fails in {len(alarms)} recordings: a fault is named in {named} of them; {bad} have frames that are "
+        "contradicted or lost."
+    )

@@ -1,0 +1,95 @@
+# SPDX-License-Identifier: MIT
+"""A recording with truth, replayed frame by frame, with or without something wrong in its streams."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import gtsam
+import numpy as np
+
+from vtgtsam import Estimate, EstimatorConfig, Measurement, PoseEstimator, read_recording
+from vtgtsam.evaluation.phases import turn_phases
+from vtgtsam.metrics import Adds
+from vtgtsam.recording import Recording
+from vtgtsam.recording.frames import evaluation_frames
+
+VIS = EstimatorConfig.tuned(method="vis")
+FRAME_ALONE = EstimatorConfig.tuned(method="vis+tac+pen")
+MEMORY = EstimatorConfig.tuned()
+
+
+class Replay(NamedTuple):
+    """What a recording holds.
+
+    Attributes:
+        recording: The recording.
+        frames: Its frames, those without a visual pose included.
+        truths: The object's true pose in each.
+        phases: The phase of the turn that each belongs to.
+        adds: ADD-S of its object.
+    """
+
+    recording: Recording
+    frames: list[Measurement]
+    truths: list[gtsam.Pose3]
+    phases: np.ndarray
+    adds: Adds
+
+    @property
+    def times(self) -> np.ndarray:
+        """Instants of the frames [s]."""
+        return np.array([frame.time for frame in self.frames])
+
+    @property
+    def condition(self) -> str:
+        """Noise and calibration in words."""
+        info = self.recording.info
+        error = ", calibration error" if info.get("calibration_error") == "yes" else ""
+        tracker = "" if info.get("tracker") == "depth" else f", {info.get('tracker')}"
+        return f"noise {info.get('noise_scale')}{error}{tracker}"
+
+
+def load(path: Path) -> Replay:
+    """A recording's frames up to the last whose truth is known.
+
+    Raises:
+        VtgtsamError: It cannot be read, or holds no truth.
+    """
+    recording = read_recording(path)
+    frames = evaluation_frames(recording)
+    truths = recording.truth_at([frame.time for frame in frames])
+    known = [(frame, T) for frame, T in zip(frames, truths, strict=True) if T is not None]
+    phases = np.array(turn_phases([frame.T_wh for frame, _ in known]))
+    adds = Adds(recording.object.mesh)
+    return Replay(recording, [f for f, _ in known], [T for _, T in known], phases, adds)
+
+
+def estimator(replay: Replay, config: EstimatorConfig = MEMORY) -> PoseEstimator:
+    """A new estimator of the recording's hand and object."""
+    return PoseEstimator(replay.recording.hand, replay.recording.object, config)
+
+
+def copied(of: PoseEstimator) -> PoseEstimator:
+    """The same estimator in the same state; hand and object are shared."""
+    return copy.deepcopy(of, {id(part): part for part in (of.hand, of.obj)})
+
+
+def run(of: PoseEstimator, frames: Sequence[Measurement]) -> list[Estimate]:
+    """Its estimates."""
+    return [of.update(frame) for frame in frames]
+
+
+def errors_mm(
+    adds: Adds, estimates: Sequence[Estimate], truths: Sequence[gtsam.Pose3]
+) -> np.ndarray:
+    """ADD-S of each estimate [mm]; infinite where there is none."""
+    return np.array(
+        [
+            np.inf if estimate.T_wo is None else 1e3 * adds(estimate.T_wo, T_true)
+            for estimate, T_true in zip(estimates, truths, strict=True)
+        ]
+    )
