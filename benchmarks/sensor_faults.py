@@ -16,6 +16,8 @@ import trimesh
 
 from vtgtsam import Measurement, ObjectModel, build_sdf
 from vtgtsam.faults import words
+from vtgtsam.sdf.search import ClosestPoints
+from vtgtsam.sdf.search.closest_points import PadContacts
 
 from .disturbances import about_centre
 from .replay import Replay
@@ -26,7 +28,8 @@ MOVED = (
     0.010,
 )  # [rad], [m] that an object must move from a frozen hand to show it
 FAR = 0.012  # [m], a pad so far from the object does not touch it
-TOUCHING = 3  # pads, that an object must touch to show that it is another one
+TOUCHING = 3  # pads, that an object must touch to show that it is another one ...
+OPPOSITE = -0.5  # ... with so small a cosine between the surface's normals at two of them
 LATE = 0.6  # [s]
 SCALE = 1.3  # of the wrong object
 
@@ -83,10 +86,18 @@ def seen_moving(replay: Replay) -> float | None:
     return _first(replay, np.array(moved) & np.array(visible))
 
 
-def held(replay: Replay) -> float | None:
-    """It shows while some pads touch."""
-    count = np.array([np.count_nonzero(_bits(replay, n)) for n in range(len(replay.frames))])
-    return _first(replay, count >= TOUCHING, since=0.0)
+def gripped(replay: Replay) -> float | None:
+    """It shows once pads touch the object on opposite sides: then it cannot be elsewhere, only another one."""
+    at = closest_at_truth(replay)
+    shown = [_grips(_bits(replay, n), at(n).jacobians[:, 3:]) for n in range(len(replay.frames))]
+    return _first(replay, np.array(shown), since=0.0)
+
+
+def _grips(bits: np.ndarray, inwards: np.ndarray) -> bool:
+    if np.count_nonzero(bits) < TOUCHING:
+        return False
+    normals = inwards[bits] / np.maximum(np.linalg.norm(inwards[bits], axis=1), 1e-9)[:, None]
+    return bool((normals @ normals.T).min() < OPPOSITE)
 
 
 def first_frame(replay: Replay) -> int:
@@ -154,7 +165,7 @@ def _inverted(replay: Replay) -> Change:
 
 
 def _stuck(replay: Replay) -> Change:
-    pad = np.arange(len(replay.recording.hand)) == far_pad(replay)
+    pad = np.arange(len(replay.recording.hand)) == far_pad(replay)[0]
     return lambda n: replace(replay.frames[n], contacts=_bits(replay, n) | pad)
 
 
@@ -167,29 +178,30 @@ def _as_it_is(replay: Replay) -> Change:
     return replay.frames.__getitem__
 
 
-def distances(replay: Replay, n: int) -> np.ndarray:
-    """All pads' distances from the object as they truly are but for joint zeros [m], shape (K,)."""
-    from vtgtsam.sdf.search import ClosestPoints
-
-    hand, frame = replay.recording.hand, replay.frames[n]
+def closest_at_truth(replay: Replay) -> Callable[[int], PadContacts]:
+    """By a frame's number, all pads' closest points to the object at the truth, the joints as they are measured."""
+    hand = replay.recording.hand
     closest = ClosestPoints(hand, replay.recording.object.sdf)
-    T_wp = hand.pad_transforms(frame.joints, frame.T_wh)
     everywhere = np.ones(len(hand), dtype=bool)
-    T_wo = np.ascontiguousarray(replay.truths[n].matrix())
-    found: np.ndarray = closest.search(T_wo, T_wp, everywhere).distances
-    return found
+
+    def at(n: int) -> PadContacts:
+        frame = replay.frames[n]
+        T_wp = hand.pad_transforms(frame.joints, frame.T_wh)
+        return closest.search(np.ascontiguousarray(replay.truths[n].matrix()), T_wp, everywhere)
+
+    return at
 
 
-def far_pad(replay: Replay) -> int:
-    """The pad that is farthest from the object when the fault begins."""
-    return int(np.argmax(distances(replay, first_frame(replay))))
+def far_pad(replay: Replay) -> tuple[int, float]:
+    """The pad that is farthest from the object when the fault begins, and how far it is [m]."""
+    distances = closest_at_truth(replay)(first_frame(replay)).distances
+    pad = int(np.argmax(distances))
+    return pad, float(distances[pad])
 
 
 def _far(replay: Replay) -> float | None:
     """It shows while the stuck pad is far from the object."""
-    pad = far_pad(replay)
-    far = distances(replay, first_frame(replay))[pad] > FAR
-    return at_once(replay) if far else None
+    return at_once(replay) if far_pad(replay)[1] > FAR else None
 
 
 def wrong_object(replay: Replay) -> ObjectModel:
@@ -246,7 +258,7 @@ FAULTS: dict[str, SensorFault] = {
         "touch",
         until=BEGIN + 2.0,
     ),
-    "wrong object": SensorFault((words.NO_FIT,), _as_it_is, held, "object"),
+    "wrong object": SensorFault((words.NO_FIT,), _as_it_is, gripped, "object"),
 }
 
 

@@ -54,6 +54,7 @@ class Frame(NamedTuple):
         T_ho_visual: The visual pose, or None.
         visual_covariance: Its covariance, shape (6, 6), or None where the configured weight counts.
         faults: What cannot be used, in the fixed words of ``faults``.
+        suspect: Whether vision has jumped away from where it was believed, and has not been believed since.
     """
 
     time: float
@@ -64,6 +65,7 @@ class Frame(NamedTuple):
     T_ho_visual: gtsam.Pose3 | None
     visual_covariance: np.ndarray | None
     faults: tuple[str, ...] = ()
+    suspect: bool = False
 
     @property
     def T_wo_visual(self) -> gtsam.Pose3 | None:

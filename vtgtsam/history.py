@@ -93,7 +93,9 @@ class History:
             again.insert(0, self._past.pop())
         if again and abs(again[0].frame.time - late.time) <= SAME:
             seen = again[0].frame._replace(
-                T_ho_visual=late.T_ho_visual, visual_covariance=late.visual_covariance
+                T_ho_visual=late.T_ho_visual,
+                visual_covariance=late.visual_covariance,
+                suspect=late.suspect,
             )
             again[0] = again[0]._replace(frame=seen)
         elif self._past:  # between two frames: contacts and joints as in the one before
@@ -103,6 +105,7 @@ class History:
                 T_wh=late.T_wh,
                 T_ho_visual=late.T_ho_visual,
                 visual_covariance=late.visual_covariance,
+                suspect=late.suspect,
             )
             mode = again[0].mode if again else self._past[-1].mode
             before = again[0].before if again else now

@@ -14,7 +14,6 @@ import gtsam
 from gtsam.symbol_shorthand import Q, X
 
 from .config import EstimatorConfig
-from .faults.words import VISION_JUMPS
 from .frame import Frame
 from .graph import FrameFactors, frame_factors
 from .hands.pads import PadSet
@@ -30,7 +29,8 @@ from .status import Fit, is_lost, visual_weight
 OBJECT = X(0)  # key of T_ho
 ZEROS = Q(0)  # key of the joints' zeros dq
 
-JUMP_MUST_EXPLAIN = 0.3  # share of the cost that a pose after a jump may have to be believed while the object is held
+# By so much cost must touch prefer a pose to which vision has jumped: what is held does not jump.
+TOUCH_SPEAKS = 3.0
 
 logger = logging.getLogger(__name__)
 
@@ -127,10 +127,7 @@ class FrameSolver:
             return fit, expected
         assert frame.T_ho_visual is not None
         alone = self._solved(factors, factors.graph(), frame.T_ho_visual)
-        needed = factors.graph().error(fit.values)
-        if VISION_JUMPS in frame.faults and mode == "held":
-            needed *= JUMP_MUST_EXPLAIN  # what is held does not jump: touch must speak for it
-        if frame.touching.any() and alone.error >= needed:
+        if frame.touching.any() and not _better(factors, alone, fit, frame.suspect):
             return fit, expected
         logger.info("t = %s: vision was refused for long, starting again from it", frame.time)
         return alone, None
@@ -164,3 +161,11 @@ def _at(T_ho: gtsam.Pose3) -> gtsam.Values:
     values = gtsam.Values()
     values.insert(OBJECT, pose3=T_ho)  # by name: GTSAM finds the overload sooner
     return values
+
+
+def _better(factors: FrameFactors, alone: Fit, fit: Fit, suspect: bool) -> bool:
+    """Whether a frame explains itself better by vision's pose; by touch alone where vision is suspect."""
+    if not suspect:
+        return bool(alone.error < factors.graph().error(fit.values))
+    touch = factors.hand_graph()
+    return bool(touch.error(alone.values) < touch.error(fit.values) - TOUCH_SPEAKS)

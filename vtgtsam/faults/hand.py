@@ -18,8 +18,8 @@ if TYPE_CHECKING:
 
 BEYOND = 0.35  # [rad] or [m], beyond a joint's limits: more than a zero that is off
 DEGREES = 7.0  # no joint of a hand turns by more than a turn [rad]
-SEEN_MOVING = 0.015  # [m], more than trackers jitter
-SEEN_TURNING = np.deg2rad(15.0)  # [rad]
+SEEN_MOVING = 0.010  # [m], more than trackers jitter
+SEEN_TURNING = np.deg2rad(10.0)  # [rad]
 SEEN_FOR = 0.2  # [s]
 ROUNDING = 1e-12  # [m], of pads that a calibration has moved
 
@@ -48,12 +48,15 @@ class HandWatch:
         self._still = None if self._still is None else change.frame(self._still)
         self._seen = None if self._seen is None else change.pose(self._seen)
 
+    def alone(self, frame: Frame) -> tuple[Frame, tuple[str, ...]]:
+        """The frame, without pads by joints that no such hand has, and what is wrong."""
+        return _without_pads(frame, self._out_of_range(frame.joints))
+
     def before(self, frame: Frame, vision_jumped: bool) -> tuple[Frame, tuple[str, ...]]:
-        """The frame, without pads that are somewhere else, and what is wrong."""
+        """The frame, without pads that are no longer there, and what is wrong."""
         if not frame.pads_known:
             return frame, ()
-        fault = self._out_of_range(frame.joints) or self._frozen(frame, vision_jumped)
-        return (frame, ()) if fault is None else (frame.without_pads(), (fault,))
+        return _without_pads(frame, self._frozen(frame, vision_jumped))
 
     def _out_of_range(self, joints: np.ndarray | None) -> str | None:
         if joints is None or self._range is None:
@@ -77,6 +80,10 @@ class HandWatch:
         angle = np.linalg.norm(gtsam.Rot3.Logmap(moved.rotation()))
         seen = np.linalg.norm(moved.translation()) > SEEN_MOVING or angle > SEEN_TURNING
         return HAND_FROZEN if self._moves.holds(frame.time, bool(seen)) else None
+
+
+def _without_pads(frame: Frame, fault: str | None) -> tuple[Frame, tuple[str, ...]]:
+    return (frame, ()) if fault is None else (frame.without_pads(), (fault,))
 
 
 def _same_hand(a: Frame, b: Frame) -> bool:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Do the pads agree? One that contradicts the rest, one that flickers, all of them inverted, or none that fits."""
+"""Do the pads agree? One that contradicts the rest, one that flickers, or none that fits."""
 
 from __future__ import annotations
 
@@ -7,12 +7,10 @@ from collections import deque
 
 import numpy as np
 
+from .inversion import FAR
 from .lasting import Lasting
-from .words import CONTACTS_INVERTED, NO_FIT, pad_disagrees, pad_flickers
+from .words import NO_FIT, pad_disagrees, pad_flickers
 
-FAR = 0.008  # [m], a pad in contact is never so far from the object
-NEAR = 0.003  # [m], a pad so near should touch
-MANY = 3  # pads that are far although they touch, more than half of all: no accident
 MISFIT = 0.004  # [m], gap or depth of most pads in contact that no joint zero explains
 DISAGREES = 0.25  # [s]
 FLICKERS = 15  # frames, in nearly all of which a bit changes
@@ -28,7 +26,6 @@ class PadWatch:
     def __init__(self, names: tuple[str, ...]) -> None:
         self._names = names
         self._far = [Lasting(DISAGREES) for _ in names]
-        self._inverted = Lasting(DISAGREES)
         self._misfit = Lasting(2 * DISAGREES)
         self._bits: deque[np.ndarray] = deque(maxlen=FLICKERS + 1)
 
@@ -47,12 +44,7 @@ class PadWatch:
         faults = [pad_flickers(self._names[k]) for k in self._flickering()]
         known = believed and bool(np.isfinite(distances).all())
         far = touching & (distances > FAR) if known else np.zeros_like(touching)
-        near = ~touching & (distances < NEAR) if known else np.zeros_like(touching)
         count = np.count_nonzero(touching)
-        many = np.count_nonzero(far)
-        inverted = bool(many >= MANY and 2 * many > count and np.count_nonzero(near) > 1)
-        if self._inverted.holds(time, inverted):
-            return (*faults, CONTACTS_INVERTED)
         held = [watch.holds(time, bool(far[k])) for k, watch in enumerate(self._far)]
         faults += [pad_disagrees(self._names[k]) for k in np.flatnonzero(held)]
         gaps = np.abs(distances[touching])

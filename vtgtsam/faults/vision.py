@@ -34,6 +34,10 @@ class VisionWatch:
 
     Args:
         sdf: The object's distance field.
+
+    Attributes:
+        suspect: Whether vision has jumped away from where it was believed while pads touched, and has not been
+            believed since: what is held does not jump.
     """
 
     def __init__(self, sdf: GridSdf) -> None:
@@ -42,6 +46,13 @@ class VisionWatch:
         self._repeats = Lasting(REPEATED)
         self._far = Lasting(DENIED)
         self._jumped = -np.inf
+        self.suspect = self._believed = False
+
+    def alone(self, frame: Frame) -> tuple[Frame, tuple[str, ...]]:
+        """The frame, without a visual pose that cannot be one by itself, and what is wrong."""
+        if frame.T_wo_visual is None or not self._in_millimetres(frame):
+            return frame, ()
+        return _unseen(frame), (VISION_MILLIMETRES,)
 
     def recalibrate(self, change: Change) -> None:
         """Have seen everything with another calibration."""
@@ -51,18 +62,16 @@ class VisionWatch:
             self._last = time, moved, T_ho.compose(T_wo.between(moved))
 
     def before(self, frame: Frame) -> tuple[Frame, tuple[str, ...]]:
-        """The frame, without a visual pose that cannot be one, and what is wrong."""
+        """The frame, without a visual pose that repeats the ones before, and what is wrong."""
         if frame.T_ho_visual is None or frame.T_wo_visual is None:
             return frame, self._named(frame.time)
-        unseen = frame._replace(T_ho_visual=None, visual_covariance=None)
-        if self._in_millimetres(frame):
-            return unseen, (VISION_MILLIMETRES,)
         same = self._last is not None and frame.T_wo_visual.equals(self._last[1], 1e-12)
         if self._last is not None and not same and self._jumps(frame):
             self._jumped = frame.time
+            self.suspect |= self._believed and bool(frame.touching.any())
         self._last = frame.time, frame.T_wo_visual, frame.T_ho_visual
         if self._repeats.holds(frame.time, same):
-            return unseen, (*self._named(frame.time), VISION_REPEATS)
+            return _unseen(frame), (*self._named(frame.time), VISION_REPEATS)
         return frame, self._named(frame.time)
 
     def after(
@@ -76,6 +85,9 @@ class VisionWatch:
             touching: Which pads report contact, shape (K,).
             points_h: Their closest points in the hand [m], shape (K, 3).
         """
+        if frame.T_ho_visual is not None:
+            self._believed = not refused
+            self.suspect &= refused
         denied = False
         if refused and frame.T_ho_visual is not None and np.count_nonzero(touching) > 1:
             points_o = frame.T_ho_visual.transformTo(points_h[touching].T).T
@@ -106,3 +118,7 @@ class VisionWatch:
         step = T_ho.between(frame.T_ho_visual)
         angle = np.linalg.norm(gtsam.Rot3.Logmap(step.rotation()))
         return bool(np.linalg.norm(step.translation()) > JUMP or angle > TURN)
+
+
+def _unseen(frame: Frame) -> Frame:
+    return frame._replace(T_ho_visual=None, visual_covariance=None)
