@@ -51,10 +51,13 @@ def _records(data: bytes) -> list[McapRecord]:
         if place + length > len(data):
             break
         stream = ReadDataStream(io.BytesIO(data[place : place + length]))
-        if opcode == Opcode.MESSAGE:
-            records.append(Message.read(stream, length))
-        elif opcode in _READERS:
-            records.append(_READERS[opcode](stream))
+        try:
+            if opcode == Opcode.MESSAGE:
+                records.append(Message.read(stream, length))
+            elif opcode in _READERS:
+                records.append(_READERS[opcode](stream))
+        except Exception:  # damaged bytes, as above: what comes after them cannot be trusted
+            break
         place += length
     return records
 

@@ -7,9 +7,11 @@ messages are plain objects with the fields of the definition, whichever library 
 
 from __future__ import annotations
 
+import io
 import math
 import re
 from collections.abc import Callable, Mapping
+from contextlib import redirect_stderr
 from functools import cache
 from importlib import resources
 from typing import Any
@@ -79,7 +81,9 @@ def encoder(msgtype: str) -> Callable[[Mapping[str, Any]], bytes]:
 @cache
 def decoder(msgtype: str, text: str | None = None) -> Callable[[bytes], Any]:
     """Function from CDR bytes to a message, by the definition ``text`` or else by our own."""
-    decode: Callable[[bytes], Any] = generate_dynamic(msgtype, text or definition(msgtype))[msgtype]
+    with redirect_stderr(io.StringIO()):  # where the parser prints what it says in its error
+        known = generate_dynamic(msgtype, text or definition(msgtype))
+    decode: Callable[[bytes], Any] = known[msgtype]
     return decode
 
 
