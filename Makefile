@@ -4,7 +4,7 @@ VENV   ?= .venv
 BIN    := $(VENV)/bin
 WORKERS ?= 2
 
-.PHONY: demo test slow fuzz check setup docs theseus clean
+.PHONY: demo test slow fuzz check setup docs wheel theseus clean
 
 setup: $(VENV)/.installed
 
@@ -37,8 +37,13 @@ docs: setup
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict
 	@echo "open site/index.html in a browser"
 
+# sdist and wheel into dist/, tried in bare environments: make wheel PYTHONS="python3.11 python3.12 python3.13"
+PYTHONS ?= $(PYTHON)
+wheel:
+	PYTHONS="$(PYTHONS)" sh tools/wheel.sh
+
 theseus:
 	PYTHON="$(PYTHON)" sh tools/theseus.sh
 
 clean:
-	rm -rf $(VENV) demo-output site .pytest_cache .mypy_cache .ruff_cache
+	rm -rf $(VENV) demo-output site dist .pytest_cache .mypy_cache .ruff_cache

@@ -36,6 +36,10 @@ class LiveError(VtgtsamError):
     """A live run cannot go on."""
 
 
+class MissingExtraError(VtgtsamError, ModuleNotFoundError):
+    """A part of this package needs packages that are not installed."""
+
+
 class FactorError(VtgtsamError):
     """A factor's callback broke the contract that GTSAM does not check itself."""
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..atomic import replacing
+from ..extras import require
 from .calibrate import Calibrated
 from .printing import expectation, names_and_units
 
@@ -20,6 +21,7 @@ BEFORE, NOW = "#c9c9c9", "#1f6f8b"
 
 def draw(result: Calibrated, path: Path) -> None:
     """Write the picture, a PNG file."""
+    require("evaluate", "the picture of a calibration needs", "matplotlib")
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 

@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 from ..exceptions import VtgtsamError
+from ..extras import explained
 from ..input.plain import sentence
 from .signals import blocks_left_first
 
@@ -27,7 +28,11 @@ def edge(program: str) -> Iterator[None]:
         sys.exit(_said(program, error))
     except MemoryError:
         sys.exit(_said(program, "there is not enough memory for this"))
-    except Exception:
+    except Exception as error:
+        if isinstance(error, ModuleNotFoundError):
+            found = explained(error, "this needs")
+            if isinstance(found, VtgtsamError):
+                sys.exit(_said(program, found))
         traceback.print_exc()
         sys.exit(
             _said(

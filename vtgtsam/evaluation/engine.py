@@ -10,6 +10,7 @@ from contextlib import AbstractContextManager, contextmanager
 from typing import Any, TypeVar
 
 from ..exceptions import VtgtsamError
+from ..extras import require
 from .parent import end_with_parent
 from .resume import code_version
 
@@ -72,13 +73,9 @@ def _local() -> AbstractContextManager[Any]:
 
 @contextmanager
 def _dask(scheduler: str) -> Iterator[None]:
-    try:
-        from distributed import Client
-    except ImportError as error:
-        raise VtgtsamError(
-            "a Dask scheduler needs the extra `cluster`: pip install 'vtgtsam[cluster]'"
-        ) from error
+    require("cluster", "a Dask scheduler needs", "distributed")
     import joblib
+    from distributed import Client
 
     try:
         client = Client(scheduler, timeout="10s", set_as_default=False)  # type: ignore[no-untyped-call]

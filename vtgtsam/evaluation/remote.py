@@ -14,6 +14,7 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from ..exceptions import RecordingError, VtgtsamError
+from ..extras import require
 
 # What stores call the mark of a file's content, the best first, in small letters without "_" and "-".
 _MARKS = ("etag", "md5hash", "contentmd5", "mtime", "lastmodified", "updated")
@@ -167,12 +168,9 @@ def _file(path: str, info: Mapping[str, Any]) -> RemoteFile:
 
 def _open(url: str) -> tuple[Any, str]:
     """The store that a URL lies in, and the path there."""
-    try:
-        from fsspec.core import url_to_fs
-    except ImportError:
-        raise RecordingError(
-            f"{url} needs fsspec, of the extra `cluster`: pip install 'vtgtsam[cluster]'"
-        ) from None
+    require("cluster", f"{url} needs", "fsspec")
+    from fsspec.core import url_to_fs
+
     with _told(f"{url} cannot be opened"):
         try:
             store, path = url_to_fs(url)

@@ -11,6 +11,7 @@ from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
 from ..exceptions import RecordingError
+from ..extras import require
 from .magic import kind_of
 from .mcap_file import McapFile
 from .messages import TACTILE_PADS, definition
@@ -141,15 +142,12 @@ class RosBag:
             )
 
     def _reader(self, path: Path) -> AnyReader:
-        try:
-            from rosbags.highlevel import AnyReader
-            from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+        require("recordings", f"{self.path} needs", "rosbags")
+        from rosbags.highlevel import AnyReader
+        from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-            from .rosbags_limits import keep_limits
-        except ImportError:
-            raise RecordingError(
-                f"{self.path} needs the rosbags library; type: pip install 'vtgtsam[bags]'"
-            ) from None
+        from .rosbags_limits import keep_limits
+
         keep_limits()
         # For bags of older ROS 2 versions, which hold no definitions.
         typestore = get_typestore(Stores.ROS2_HUMBLE)

@@ -11,6 +11,7 @@ import zstandard
 from mcap.records import Channel, Schema
 
 from ..exceptions import RecordingError
+from ..extras import require
 from .messages import decoder, is_known
 
 if TYPE_CHECKING:
@@ -61,13 +62,11 @@ class Decoder:
 
     def _by_rosbags(self, ros: int) -> Decode:
         """By the rosbags library, which knows ROS 1, IDL, and the types that come with ROS."""
-        try:
-            from rosbags.typesys import Stores, get_typestore
-        except ImportError:
-            raise RecordingError(
-                f"topic {self.topic} ({self.msgtype}, {self.encoding}) needs the rosbags library; type: "
-                "pip install 'vtgtsam[bags]'"
-            ) from None
+        require(
+            "recordings", f"topic {self.topic} ({self.msgtype}, {self.encoding}) needs", "rosbags"
+        )
+        from rosbags.typesys import Stores, get_typestore
+
         store = get_typestore(Stores.ROS1_NOETIC if ros == 1 else Stores.ROS2_HUMBLE)
         try:
             self._register(store)

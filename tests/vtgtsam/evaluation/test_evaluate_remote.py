@@ -220,8 +220,8 @@ def test_a_store_that_refuses_is_told_with_its_own_reason(memory, monkeypatch):
 
 
 def test_without_fsspec_one_sentence_says_what_to_install(monkeypatch):
-    monkeypatch.setitem(sys.modules, "fsspec.core", None)
-    with pytest.raises(RecordingError, match=r"needs fsspec.*pip install 'vtgtsam\[cluster\]'"):
+    monkeypatch.setitem(sys.modules, "fsspec", None)
+    with pytest.raises(VtgtsamError, match=r"needs fsspec: pip install .*\[cluster\]'"):
         find_anywhere(["s3://bucket/run"])
 
 

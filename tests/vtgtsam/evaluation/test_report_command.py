@@ -4,8 +4,7 @@ import sys
 import pytest
 from held_box import write_grasp
 
-from vtgtsam import cli
-from vtgtsam.evaluation import report
+from vtgtsam import cli, extras
 
 
 @pytest.fixture
@@ -59,12 +58,13 @@ def test_figures_of_another_run_do_not_stay(run, tmp_path):
 def test_without_the_packages_all_else_is_made_and_one_sentence_says_what_to_install(
     run, tmp_path, monkeypatch
 ):
-    monkeypatch.setattr(report, "find_spec", lambda name: None if name == "jinja2" else name)
+    there = extras._is_there
+    monkeypatch.setattr(extras, "_is_there", lambda name: name != "jinja2" and there(name))
     write_grasp(tmp_path / "0.mcap", frames=6)
     out = tmp_path / "out"
     code, said, err = run("evaluate", tmp_path / "0.mcap", "--out", out)
     assert code == 0
-    assert "need jinja2: pip install 'vtgtsam[report]'" in err
+    assert f"need jinja2: {extras.install_line('evaluate')}" in err
     assert said.endswith(f"All results are in {out}\n")
     assert (out / "tests.csv").is_file()
     assert not (out / "report.html").exists()

@@ -10,7 +10,7 @@ import pytest
 import yaml
 from made_results import METHODS, rewrite_metrics, write_results
 
-from vtgtsam import EstimatorConfig
+from vtgtsam import EstimatorConfig, extras
 from vtgtsam.evaluation import report
 from vtgtsam.evaluation.groups import groups
 from vtgtsam.evaluation.report import make_report
@@ -210,8 +210,8 @@ def test_numbers_have_about_three_digits(value, text):
 
 def test_what_is_missing_is_said_in_one_sentence(monkeypatch):
     assert report.missing_packages() == ""
-    monkeypatch.setattr(report, "find_spec", lambda name: None)
+    monkeypatch.setattr(extras, "_is_there", lambda name: False)
     assert report.missing_packages() == (
-        "figures and report.html need matplotlib and jinja2: pip install 'vtgtsam[report]', "
+        f"figures and report.html need matplotlib and jinja2: {extras.install_line('evaluate')}, "
         "then `vtgtsam report` makes them from what is stored"
     )

@@ -6,23 +6,20 @@
 
 from __future__ import annotations
 
-from importlib.util import find_spec
 from pathlib import Path
 
+from ...exceptions import MissingExtraError
+from ...extras import require
 from ..tables import Tables
-
-_NEEDED = ("matplotlib", "jinja2")
 
 
 def missing_packages() -> str:
     """What to install before a report can be made, in one sentence; empty if nothing is missing."""
-    missing = [name for name in _NEEDED if find_spec(name) is None]
-    if not missing:
-        return ""
-    return (
-        f"figures and report.html need {' and '.join(missing)}: pip install 'vtgtsam[report]', "
-        "then `vtgtsam report` makes them from what is stored"
-    )
+    try:
+        require("evaluate", "figures and report.html need", "matplotlib", "jinja2")
+    except MissingExtraError as error:
+        return f"{error}, then `vtgtsam report` makes them from what is stored"
+    return ""
 
 
 def make_report(out: Path, tables: Tables) -> Path:
