@@ -53,6 +53,23 @@ def build(description: GraspDescription, hand: HandModel, obj: ObjectModel) -> m
     return scene.compile()
 
 
+def build_hand(description: GraspDescription, hand: HandModel) -> mujoco.MjModel:
+    """A hand alone on its wrist, as a compiled model, whose pads touch each other.
+
+    Raises:
+        HandError: The description names joints that the hand does not have.
+    """
+    description.check(hand)
+    scene = mujoco.MjSpec()
+    scene.modelname = f"{hand.name} alone"
+    _set_physics(scene)
+    _add_hand(scene, description, hand)
+    model = scene.compile()
+    pads = [model.geom(pad_geom(name)).id for name in hand.pad_names]
+    model.geom_contype[pads] = model.geom_conaffinity[pads] = _PAD_BIT
+    return model
+
+
 def _set_physics(scene: mujoco.MjSpec) -> None:
     scene.option.timestep = c.TIME_STEP
     scene.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC

@@ -14,6 +14,7 @@ from .keyframes import Grasp
 from .residuals import Residuals, residuals
 from .solve import Belief, Solved, solve
 from .sources import none_of_use
+from .touches import Felt
 
 FEWEST_SEEN = 0.5  # share of the visual poses that memory must have believed
 SHORTEST = 1.0  # [s], with a pad that touches
@@ -106,6 +107,7 @@ def agreeing(
     start: np.ndarray,
     camera_origin: np.ndarray,
     config: EstimatorConfig,
+    touches: Sequence[Felt] = (),
 ) -> Agreed:
     """The grasps left when the oddest one is taken out, and solved for again, until none is odd.
 
@@ -115,6 +117,7 @@ def agreeing(
         start: Where the solver starts with them, shape (6 + J,).
         camera_origin: The point that the camera's twist turns about, in the world [m], shape (3,).
         config: As the estimator's that tracked the grasps.
+        touches: Touches of the hand with itself.
 
     Raises:
         CalibrationError: None is left.
@@ -122,7 +125,7 @@ def agreeing(
     chosen = list(grasps)
     left_out: dict[str, str] = {}
     while True:
-        solved = solve(_any_of(chosen, left_out), known, start, camera_origin, config)
+        solved = solve(_any_of(chosen, left_out), known, start, camera_origin, config, touches)
         used = [used_of(grasp, n, solved, camera_origin) for n, grasp in enumerate(chosen)]
         oddest = max(range(len(used)), key=lambda n: _oddness(used[n]))
         reason = odd(used[oddest])

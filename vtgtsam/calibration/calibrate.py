@@ -23,6 +23,7 @@ from .calibration import Calibration
 from .keyframes import Grasp, grasp
 from .posterior import Known, calibration_of
 from .sources import PathLike, Progress, Recordings, Source, one_robot, read_sources
+from .touches import Felt
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,6 +73,7 @@ def run(
     topics: TopicMap | PathLike | None = None,
     config: EstimatorConfig | None = None,
     progress: Progress | None = None,
+    touches: Sequence[Felt] = (),
 ) -> Calibrated:
     """As ``calibrate``, with all that came of it as the answer.
 
@@ -81,6 +83,7 @@ def run(
         topics: Topic map of other people's bags.
         config: Settings of the estimator with memory; the recommended ones where not given.
         progress: Told what is being done, how many recordings it is done with, and how many there are.
+        touches: Touches of the hand with itself, which count beside the grasps.
     """
     config = EstimatorConfig() if config is None else config
     if not config.memory:
@@ -93,8 +96,8 @@ def run(
     sources, left_out = read_sources(recordings, topics, prior, tell)
     robot = one_robot(sources, prior)
     known = Known.before(robot, sources[0].recording.hand, sources[0].frames[0], prior, config)
-    first = _round("first", sources, known, prior, config, tell)
-    second = _round("second", sources, known, first.calibration, config, tell)
+    first = _round("first", sources, known, prior, config, tell, touches)
+    second = _round("second", sources, known, first.calibration, config, tell, touches)
     return Calibrated(
         calibration=second.calibration,
         before=np.sqrt(np.diag(known.assumed)),
@@ -121,6 +124,7 @@ def _round(
     tracked_with: Calibration | None,
     config: EstimatorConfig,
     tell: Progress,
+    touches: Sequence[Felt],
 ) -> _Round:
     """Track all recordings with a calibration, and solve for a new one."""
     grasps = []
@@ -129,7 +133,7 @@ def _round(
         tell(f"{name} round", count, len(sources))
     chosen, left_out = helpful(grasps)
     start = known.belief.mean if tracked_with is None else tracked_with.offsets
-    agreed = agreeing(chosen, known.belief, start, known.camera_origin, config)
+    agreed = agreeing(chosen, known.belief, start, known.camera_origin, config, touches)
     names = {each.name for each in agreed.grasps}
     made_from = [source.digest for source in sources if source.name in names]
     return _Round(

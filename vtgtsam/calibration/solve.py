@@ -21,6 +21,7 @@ from ..config import EstimatorConfig
 from ..factors.known_offsets import known_offsets_factor
 from .graph import CAMERA, ZEROS, add_grasp
 from .keyframes import Grasp
+from .touches import Felt, add_touches
 
 ITERATIONS = 20  # at most
 # Poses and closest points go on settling for long after the offsets have: these decide.
@@ -77,6 +78,7 @@ def solve(
     start: np.ndarray,
     camera_origin: np.ndarray,
     config: EstimatorConfig,
+    touches: Sequence[Felt] = (),
 ) -> Solved:
     """Minimise the cost of all grasps and the prior.
 
@@ -86,6 +88,7 @@ def solve(
         start: Where to start with them, shape (6 + J,).
         camera_origin: The point that the camera's twist turns about, in the world [m], shape (3,).
         config: As the estimator's that tracked the grasps.
+        touches: Touches of the hand with itself.
     """
     graphs = []
     values = gtsam.Values()
@@ -98,9 +101,14 @@ def solve(
         add_grasp(graph, values, number, grasp, camera_origin, config)
         whole.push_back(graph)
         graphs.append(graph)
+    alone = gtsam.NonlinearFactorGraph()
+    add_touches(alone, grasps[0].hand, touches)
+    whole.push_back(alone)
     values, iterations = _minimised(whole, values, np.sqrt(np.diag(prior.covariance)))
     said = [_said(graph, values) for graph in graphs]
     information = np.linalg.inv(prior.covariance) + sum(each.information for each in said)
+    if touches:
+        information[6:, 6:] += alone.linearize(values).hessian()[0]
     belief = Belief(_offsets(values), np.linalg.inv(information))
     return Solved(belief, said, values, iterations)
 
