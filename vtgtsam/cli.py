@@ -22,6 +22,7 @@ from .commands.edge import edge
 from .commands.evaluate import evaluate
 from .commands.inspect import inspect
 from .commands.report import report
+from .commands.ros import ros
 from .commands.sdf import sdf
 from .commands.view import view
 
@@ -46,6 +47,8 @@ for command in (
     sdf,
 ):
     app.command()(command)
+# What follows --ros-args is for ROS.
+app.command(context_settings={"allow_extra_args": True, "ignore_unknown_options": True})(ros)
 
 
 def _print_version(wanted: bool) -> None:

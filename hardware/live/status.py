@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import sys
 import time
-from collections import deque
 from typing import TextIO
 
 import numpy as np
@@ -13,6 +12,7 @@ import numpy as np
 from vtgtsam.live.clock import RunClock
 from vtgtsam.live.fusion import Fusion
 from vtgtsam.live.inputs import Inputs
+from vtgtsam.live.rate import Rate
 
 from .ages import ages, stale
 from .fingers import Fingers
@@ -138,21 +138,3 @@ class Status:
         if self._vision.trouble:
             return f"{verdict}, from touch alone ({self._vision.trouble})"
         return f"{verdict}, {late} too old" if late else verdict
-
-
-_WINDOW = 3.0  # [s], over which a rate is taken
-
-
-class Rate:
-    """How fast a counter has grown of late."""
-
-    def __init__(self) -> None:
-        self._seen: deque[tuple[float, int]] = deque()
-
-    def update(self, now: float, count: int) -> float:
-        """Note a counter's value at a time [s]; its growth over the last 3 s [Hz]."""
-        self._seen.append((now, count))
-        while self._seen[0][0] < now - _WINDOW:
-            self._seen.popleft()
-        then, before = self._seen[0]
-        return (count - before) / (now - then) if now > then else 0.0

@@ -107,9 +107,15 @@ class Fusion:
         """The last estimate."""
         return None if self.latest is None else self.latest.estimate
 
-    def restart(self) -> None:
-        """Forget what is remembered before the next frame, which starts at the next visual pose."""
+    def restart(self, at_last_vision: bool = False) -> None:
+        """Forget what is remembered before the next frame.
+
+        Args:
+            at_last_vision: Whether that starts at the last visual pose; else at the next.
+        """
         with self._inputs.changed:
+            if at_last_vision:
+                self._inputs.vision.again()
             self._wanted = True
             self._inputs.changed.notify_all()
 

@@ -79,6 +79,8 @@ class Inputs:
         changed: Notified when a sample has come; its lock guards everything here.
         generation: How often all was forgotten.
         forgotten: Why it was the last time.
+        on_forget: Called then.
+        on_rewrite: Called where a recording begins with what is known, for what is not known here.
     """
 
     def __init__(
@@ -99,10 +101,11 @@ class Inputs:
         self._clock, self._steady = clock, steady
         self._hold_ns = hold_ns
         self._hand_moves = hand_moves
-        self._tick_ns = -1
         self._counts = dict.fromkeys(STREAMS, 0)
         self._arrived_ns: dict[str, int] = {}
         self.guards = {name: StampGuard() for name in STREAMS}
+        self.on_forget: Callable[[], None] = lambda: None
+        self.on_rewrite: Callable[[], None] = lambda: None
         self._begin()
 
     def _begin(self) -> None:
@@ -110,6 +113,7 @@ class Inputs:
         self.contacts = NamedSlots(self._pad_names)
         self.hand_pose = PoseSlot()
         self.vision = VisionQueue(self._hold_ns)
+        self._tick_ns = -1
         self._known: tuple[int | None, int] = (None, 0)  # and since when, by the steady clock
 
     def put_joints(self, stamp_ns: int, names: Sequence[str], angles: Sequence[float]) -> bool:
@@ -286,7 +290,14 @@ class Inputs:
                 self.hand_pose = standing
             for guard in self.guards.values():
                 guard.restart()
+            self.on_forget()
             self.recorder.begin_another()
+            self.rewrite()
+
+    def begin_recording(self) -> None:
+        """What comes from here on is recorded, or goes to another recording, which begins with what is known."""
+        with self.changed:
+            self.recorder.begin_another(always=True)
             self.rewrite()
 
     def rewrite(self) -> None:
@@ -294,7 +305,7 @@ class Inputs:
         with self.changed:
             latest_ns = [s.latest_ns for s in (self.joints, self.contacts, self.hand_pose)]
             since_ns = max((stamp for stamp in latest_ns if stamp is not None), default=0)
-            since_ns -= REWRITTEN_NS
+            since_ns = max(0, since_ns - REWRITTEN_NS)
             for stamp_ns, angles in self.joints.since(since_ns):
                 self._record("joint_states", stamp_ns, list(angles), list(angles.values()))
             for stamp_ns, bits in self.contacts.since(since_ns):
@@ -304,6 +315,12 @@ class Inputs:
                 self._record("hand_pose", stamp_ns, pose)
             for visual in self.vision.waiting(self.vision.latest_ns or 0):
                 self._record("object_pose", visual.stamp_ns, visual.T_wo, visual.covariance)
+            self.on_rewrite()
+
+    def record(self, method: str, stamp_ns: int, *values: object) -> None:
+        """Record something else that has become known now; ``method`` is the writer's."""
+        with self.changed:
+            self._record(method, stamp_ns, *values)
 
     def count(self, stream: str) -> int:
         """How many samples of a stream have been taken."""

@@ -145,6 +145,11 @@ class PoseSlot:
         """The newest stamp; None where there is none."""
         return self._slot.latest_ns
 
+    @property
+    def newest(self) -> gtsam.Pose3 | None:
+        """The last pose; None where there is none."""
+        return None if self.latest_ns is None else self.since(self.latest_ns)[-1][1]
+
     def held(self, instant_ns: int) -> gtsam.Pose3 | None:
         """The pose that holds at an instant; None where it is not known."""
         if not self.moves:

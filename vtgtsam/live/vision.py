@@ -79,6 +79,11 @@ class VisionQueue:
         self._last = pose
         return pose
 
+    def again(self) -> None:
+        """The last pose that was taken waits once more, where no other does."""
+        if self._last is not None and not self._waiting:
+            self._waiting.append(self._last)
+
     def take(self, instant_ns: int) -> VisualPose | None:
         """The pose that the frame of an instant fuses; None where there is none."""
         for pose in self.waiting(instant_ns)[:1]:

@@ -18,6 +18,8 @@ from .topics import ContactsTopic
 
 _FLOAT_ARRAYS = ("std_msgs/msg/Float32MultiArray", "std_msgs/msg/Float64MultiArray")
 _BYTE_ARRAY = "std_msgs/msg/UInt8MultiArray"
+ARRAYS = (*_FLOAT_ARRAYS, _BYTE_ARRAY)  # name no pads
+TYPES_OF_CONTACTS = (messages.TACTILE_PADS, messages.JOINT_STATE)  # name them
 
 # Stamp [ns], names, values, when it was received [ns].
 Sample = tuple[int, tuple[str, ...], np.ndarray, int]
@@ -152,7 +154,7 @@ def _array_stream(
     entry: ContactsTopic, bag: Sequence[BagMessage], warnings: list[str]
 ) -> NamedStream | None:
     """Contact bits of a topic of bare arrays, whose names and threshold the map has to give."""
-    expected = (messages.TACTILE_PADS, messages.JOINT_STATE, *_FLOAT_ARRAYS, _BYTE_ARRAY)
+    expected = (*TYPES_OF_CONTACTS, *ARRAYS)
     decoded = decode(entry.topic, bag, expected, warnings)
     msgtype = bag[0].msgtype
     if entry.names is None:

@@ -47,9 +47,25 @@ def pressures(raw: Sequence[Raw], entry: ContactsTopic, threshold: float) -> lis
         )
     start = min(stamp for stamp, _ in raw)
     first = [v for stamp, v in raw if stamp - start <= entry.calibration.untouched * 1e9]
-    base = np.median(first, axis=0)
-    _check_untouched((base - np.array(first)) / drop, entry, threshold)
+    base = untouched_base(np.array(first), entry, threshold)
     return [(stamp, np.maximum((base - values) / drop, 0.0)) for stamp, values in raw]
+
+
+def untouched_base(first: np.ndarray, entry: ContactsTopic, threshold: float) -> np.ndarray:
+    """Each pad's value while nothing touches it, shape (K,).
+
+    Args:
+        first: Values of the untouched pads, shape (T, K).
+        entry: The topic, with a calibration and the pads' names.
+        threshold: Pressure from which on a pad is in contact.
+
+    Raises:
+        RecordingError: A pad was touched.
+    """
+    assert entry.calibration is not None
+    base: np.ndarray = np.median(first, axis=0)
+    _check_untouched((base - first) / np.asarray(entry.calibration.drop), entry, threshold)
+    return base
 
 
 def _check_untouched(first: np.ndarray, entry: ContactsTopic, threshold: float) -> None:

@@ -85,7 +85,7 @@ def read_poses(topic: str, bag: Sequence[BagMessage], warnings: list[str]) -> Po
     found: list[tuple[int, gtsam.Pose3, np.ndarray | None, int]] = []
     unusable = 0
     for stamp, message, known in entries:
-        pose = messages.pose_from_fields(_pose_fields(message))
+        pose = messages.pose_from_fields(pose_fields(message))
         if pose is not None:
             covariance, usable = _covariance(message, pose)
             unusable += not usable
@@ -113,7 +113,7 @@ def read_poses(topic: str, bag: Sequence[BagMessage], warnings: list[str]) -> Po
     )
 
 
-def _pose_fields(message: Any) -> Any:
+def pose_fields(message: Any) -> Any:
     """What is a geometry_msgs/msg/Pose in a message of one of ``TYPES``."""
     if hasattr(message, "transform"):
         transform = message.transform

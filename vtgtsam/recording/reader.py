@@ -55,6 +55,7 @@ def read_recording(
     if not isinstance(path, str | os.PathLike):
         raise RecordingError(f"a recording is given by its path, got {type(path).__name__}")
     topic_map = _topic_map(topics)
+    topic_map.topics.check_bag()
     source = open_source(path)
     bag = _collect(source, topic_map.topics)
     if not source.topics:
@@ -107,7 +108,7 @@ def _streams(bag: dict[str, list[BagMessage]], topics: Topics, warnings: list[st
     streams = Streams(
         joints=read_joints(topics.joints, bag[topics.joints], warnings),
         contacts=read_contacts(topics.contacts, bag[topics.contacts.topic], warnings),
-        hand_pose=poses(topics.hand_pose),
+        hand_pose=poses(topics.hand_topic),
         vision=_vision(poses(topics.vision.topic), camera, topics, warnings),
         truth=without_identity(poses(topics.truth), topics.truth, warnings),
         estimate=poses(topics.estimate),
@@ -140,6 +141,16 @@ def _vision(
             "not known; give camera_pose in the topic map, a topic or seven numbers"
         )
     return to_world(stream, camera, warnings)
+
+
+def hand_of_map(hand: PadSet | str | Path | None, topic_map: TopicMap) -> HandModel:
+    """The hand as given, else as the map names it."""
+    return _hand(hand, topic_map, {}, {})
+
+
+def object_of_map(obj: ObjectModel | str | Path | None, topic_map: TopicMap) -> ObjectModel:
+    """The object as given, else as the map names it."""
+    return _object(obj, topic_map, {}, {})
 
 
 def _hand(

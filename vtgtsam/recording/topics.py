@@ -12,11 +12,12 @@ that is not mentioned is looked for under this package's own name::
       joints: /robot/joint_states
       contacts: {topic: /skin/values, names: [pad_a, pad_b], threshold: 0.15}   # of the raw value; or
       # {topic: /skin/ohms, names: [...], threshold: 0.15, calibration: {untouched: 2, drop: 900}}
-      hand_pose: /robot/wrist
+      hand_pose: /robot/wrist                      # or {tf: [world, wrist]}, live only
       vision: {topic: /foundationpose/pose, latency: 0.06, frame: camera}
       camera_pose: [0.6, 0, 0.576, 0, 0, 0, 1]     # x y z qx qy qz qw, or a topic
       truth: /mocap/object
       images: /camera/color/image_raw              # whose stamps numbered pose files count
+      depth: {topic: /camera/depth/image, info: /camera/depth/camera_info}   # for our own tracker, live only
 """
 
 from __future__ import annotations
@@ -137,12 +138,36 @@ class ObjectFile(_Model):
     symmetry: dict[str, Any] | str | None = None
 
 
+class TfPose(_Model):
+    """A pose from the transforms on /tf and /tf_static, live only.
+
+    Attributes:
+        tf: The frame that the pose is given in and the frame whose pose it is, as in ``[world, wrist]``.
+    """
+
+    tf: Annotated[tuple[Name, ...], Field(min_length=2, max_length=2)]
+
+
+class DepthTopic(_Model):
+    """Depth images for our own tracker, live only.
+
+    Attributes:
+        topic: Images of 16 bit [mm] or 32 bit float [m], raw or compressed as PNG, all rectified.
+        info: The camera's CameraInfo.
+        tracker: "depth", or "depth-hand": knows the hand.
+    """
+
+    topic: str
+    info: str
+    tracker: Literal["depth", "depth-hand"] = "depth-hand"
+
+
 def _from_topic_name(value: Any) -> Any:
     return {"topic": value} if isinstance(value, str) else value
 
 
-def _checked_pose(value: tuple[float, ...] | str) -> tuple[float, ...] | str:
-    if not isinstance(value, str) and abs(np.linalg.norm(value[3:]) - 1) > QUATERNION_TOLERANCE:
+def _checked_pose(value: tuple[float, ...] | TfPose | str) -> tuple[float, ...] | TfPose | str:
+    if isinstance(value, tuple) and abs(np.linalg.norm(value[3:]) - 1) > QUATERNION_TOLERANCE:
         raise ValueError("the quaternion (the last four numbers) must have norm 1")
     return value
 
@@ -150,7 +175,7 @@ def _checked_pose(value: tuple[float, ...] | str) -> tuple[float, ...] | str:
 Contacts = Annotated[ContactsTopic, BeforeValidator(_from_topic_name)]
 Vision = Annotated[VisionTopic, BeforeValidator(_from_topic_name)]
 SevenNumbers = Annotated[tuple[FiniteFloat, ...], Field(min_length=7, max_length=7)]
-CameraPose = Annotated[SevenNumbers | str, AfterValidator(_checked_pose)]
+CameraPose = Annotated[SevenNumbers | TfPose | str, AfterValidator(_checked_pose)]
 
 
 class Topics(_Model):
@@ -161,23 +186,42 @@ class Topics(_Model):
 
     joints: str
     contacts: Contacts
-    hand_pose: str = names.HAND_POSE
+    hand_pose: str | TfPose = names.HAND_POSE
     vision: Vision = VisionTopic()
     camera_pose: CameraPose = names.CAMERA_POSE
     truth: str = names.TRUTH
     estimate: str = names.ESTIMATE
     images: str | None = None
+    depth: DepthTopic | None = None
 
     def used(self) -> Iterator[str]:
         """Names of all topics that are read, images apart."""
-        yield from (self.joints, self.contacts.topic, self.hand_pose, self.vision.topic)
+        yield from (self.joints, self.contacts.topic, self.hand_topic, self.vision.topic)
         yield from (self.truth, self.estimate, names.CALIBRATION)
         if isinstance(self.camera_pose, str):
             yield self.camera_pose
 
+    @property
+    def hand_topic(self) -> str:
+        """The topic of the hand's pose."""
+        return "/tf" if isinstance(self.hand_pose, TfPose) else self.hand_pose
+
+    def check_bag(self) -> None:
+        """Refuse what no bag has.
+
+        Raises:
+            RecordingError: A pose comes from /tf.
+        """
+        for entry, value in (("hand_pose", self.hand_pose), ("camera_pose", self.camera_pose)):
+            if isinstance(value, TfPose):
+                raise RecordingError(
+                    f"{entry} comes from /tf ({' to '.join(value.tf)}), which is only read live; record with "
+                    "`vtgtsam ros --record`, or publish that transform as a PoseStamped or TransformStamped of its own"
+                )
+
     def fixed_camera_pose(self) -> gtsam.Pose3 | None:
         """The constant camera pose T_wc, where the map gives one."""
-        if isinstance(self.camera_pose, str):
+        if not isinstance(self.camera_pose, tuple):
             return None
         x, y, z, qx, qy, qz, qw = self.camera_pose
         n = float(np.linalg.norm([qx, qy, qz, qw]))
@@ -226,7 +270,7 @@ def _sentence(error: ValidationError) -> str:
 
 
 def _is_branch(part: int | str) -> bool:
-    return isinstance(part, str) and ("[" in part or part in {"str", "ObjectFile"})
+    return isinstance(part, str) and ("[" in part or part in {"str", "ObjectFile", "TfPose"})
 
 
 def _with_paths_from(topic_map: TopicMap, folder: Path) -> TopicMap:

@@ -50,7 +50,7 @@ class Evidence:
         """The topics of poses that are there, each with its stream."""
         s, names = self.streams, self.topics
         found = [
-            (names.hand_pose, s.hand_pose),
+            (names.hand_topic, s.hand_pose),
             (names.vision.topic, s.vision),
             (names.truth, s.truth),
         ]

@@ -151,7 +151,7 @@ def _advice(evidence: Evidence) -> str:
     if evidence.streams.hand_pose is not None:
         return "are hand and object given in one frame, and are joints and pads those of this hand?"
     where = (
-        f"there is no topic {evidence.topics.hand_pose}, so that the hand is taken to stand at the world's "
+        f"there is no topic {evidence.topics.hand_topic}, so that the hand is taken to stand at the world's "
         "origin; give the hand's pose as 'hand_pose' in the topic map"
     )
     if any(topic.split("/")[-1] in ("tf", "tf_static") for topic in evidence.present):

@@ -1,0 +1,82 @@
+# SPDX-License-Identifier: MIT
+"""``vtgtsam ros``: the ROS 2 node."""
+
+from __future__ import annotations
+
+import signal
+import sys
+import threading
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from .options import Calibration, Hand, Object
+
+SWITCH = 0.0005  # [s], after which a computing thread lets others in; Python's 5 ms are long for a message
+
+
+def ros(
+    context: typer.Context,
+    topics: Annotated[
+        Path | None,
+        typer.Option(help="Topic map (YAML), as for bags; else this package's own names."),
+    ] = None,
+    hand: Hand = None,
+    object: Object = None,
+    calibration: Calibration = None,
+    config: Annotated[
+        str, typer.Option(help="Preset (simulation, real_world, tuned) or YAML file.")
+    ] = "tuned",
+    record: Annotated[
+        Path | None,
+        typer.Option(help="Record to this .mcap file, or to FILE_1.mcap, ... where it is there."),
+    ] = None,
+) -> None:
+    """Estimate the object's pose on a running robot: a ROS 2 node.
+
+    It publishes ~/object_pose (PoseWithCovarianceStamped) until Ctrl-C. ROS's own arguments follow --ros-args; every
+    option is a parameter, too.
+    """
+    from ..exceptions import LiveError
+
+    try:
+        import rclpy  # noqa: F401
+    except ImportError as error:
+        raise LiveError(
+            f"the Python package rclpy of ROS 2 cannot be loaded ({error}): source your ROS's setup.bash, or "
+            "pip install 'vtgtsam[ros]'"
+        ) from None
+    from ..ros.node import run
+    from ..ros.settings import Given
+
+    given = Given(
+        topics=_text(topics),
+        hand=hand or "",
+        object=object or "",
+        calibration=_text(calibration),
+        config=config,
+        record=_text(record),
+    )
+    stop = threading.Event()
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda *_: stop.set())
+    sys.setswitchinterval(SWITCH)
+    run(given, _ros_arguments(context.args), stop)
+
+
+def _text(path: Any) -> str:
+    return "" if path is None else str(path)
+
+
+def _ros_arguments(arguments: list[str]) -> list[str]:
+    """What follows the options, which must be ROS's own.
+
+    Raises:
+        BadParameter: It is something else.
+    """
+    if arguments and arguments[0] != "--ros-args":
+        raise typer.BadParameter(
+            f"{arguments[0]!r} is no option; ROS's own arguments follow --ros-args"
+        )
+    return arguments
