@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from vtgtsam.commands.live_view import LOOPBACK, PORT, View, ViewHost, ViewPort, live_page
 from vtgtsam.commands.options import Force, refuse_existing
 
 from .options import (
@@ -31,7 +32,6 @@ if TYPE_CHECKING:
 
     from hardware.live.devices import Devices
     from hardware.live.session import Ask, Plan
-    from hardware.live.view import Where
     from hardware.servo.description import HandDescription
     from vtgtsam import EstimatorConfig
 
@@ -66,7 +66,9 @@ def run(
     tracker: Annotated[str, typer.Option(help="depth, or depth-hand.")] = "depth-hand",
     config: Annotated[str, typer.Option(help=f"{', '.join(CONFIGS)}, or a file.")] = "tuned",
     images: Annotated[bool, typer.Option(help="Record the images too.")] = True,
-    view: Annotated[bool, typer.Option("--view", help="Show the run in Rerun.")] = False,
+    view: View = False,
+    view_host: ViewHost = LOOPBACK,
+    view_port: ViewPort = PORT,
     save_view: Annotated[
         Path | None, typer.Option(help="Write what Rerun would show to this .rrd file.")
     ] = None,
@@ -99,7 +101,7 @@ def run(
     for file in (record, save_view):
         if file is not None:
             refuse_existing(file, force)
-    where = _where(view, save_view)
+    where = live_page(view, view_host, view_port, save_view, typer.echo)
     description = load_description(hand)
     if emulate:
         description = description.model_copy(update=EMULATED)
@@ -179,17 +181,6 @@ def _config(name_or_path: str) -> EstimatorConfig:
         config: EstimatorConfig = getattr(EstimatorConfig, name_or_path)()
         return config
     return EstimatorConfig.from_yaml(name_or_path)
-
-
-def _where(spawn: bool, save: Path | None) -> Where | None:
-    """Where to show the run, checked before anything starts."""
-    from hardware.live.view import Where
-
-    if not spawn and save is None:
-        return None
-    where = Where(spawn, save)
-    where.check()
-    return where
 
 
 def _start_pose(text: str) -> gtsam.Pose3:

@@ -43,6 +43,7 @@ from vtgtsam.live.fusion import Estimator, Fusion, vision_hold
 from vtgtsam.live.inputs import Inputs
 from vtgtsam.live.recorder import Recorder
 from vtgtsam.live.threads import Workers
+from vtgtsam.live.view import LiveView, Setup, Where
 from vtgtsam.recording import RecordingWriter, names
 from vtgtsam.recording.provenance import mesh_file, object_metadata
 from vtgtsam.vision.depth_tracker import DepthTracker, make_tracker
@@ -55,7 +56,6 @@ from .find import APART, as_start, find_object, still_image
 from .fingers import Fingers, Phase
 from .sensors import Pads, Vision
 from .status import Status
-from .view import LiveView, Setup, Where
 
 HOLD = 2.0  # [s], the closed hand is watched for so long before an emulated run ends
 _OPENING = 15.0  # [s], the most that opening the hand may take
@@ -149,7 +149,11 @@ class _Session:
         with ExitStack() as stack:
             camera = stack.enter_context(self._devices.open_camera(self._show_truth))
             if plan.view is not None:
-                setup = Setup(plan.hand, plan.obj, self._devices.T_ch, camera.intrinsics)
+                setup = Setup(
+                    *(plan.hand, plan.obj, self._devices.T_ch, camera.intrinsics),
+                    camera_is_world=True,
+                    truth=self._devices.lost is not None,
+                )
                 self._view = stack.enter_context(LiveView(plan.view, setup))
             self._know_camera(camera.name, stack)
             tracker = make_tracker(plan.tracker, plan.obj, camera.intrinsics, plan.hand)
@@ -171,9 +175,12 @@ class _Session:
             tracker.start(self._first_pose(camera, fingers, workers))
             vision = self._start_vision(camera, tracker, workers)
             fusion = self._start_fusion(workers)
-            if self._view is not None:
-                self._view.watch(self._inputs, fusion, self._clock, lambda: vision.frame)
             status = Status(self._inputs, fusion, fingers, vision, self._clock)
+            if self._view is not None:
+                self._view.watch(
+                    *(self._inputs, fusion, self._clock.now_ns),
+                    *(lambda: vision.frame, lambda: status.last_line),
+                )
             fingers.close()
             self._watch(status, fingers, workers)
         self._say("torque is off")

@@ -34,6 +34,7 @@ class Status:
         out: Where the line goes; on a terminal it is written over.
 
     Attributes:
+        last_line: The line as it was shown last.
         remarks: What people should hear after the run; a line each.
     """
 
@@ -57,6 +58,7 @@ class Status:
         self._first = {name: self._count(name) for name in _SHOWN}
         self._shown = -np.inf
         self._seconds = 0.0
+        self.last_line = ""
         self.remarks: list[str] = []
 
     def show(self) -> None:
@@ -66,7 +68,8 @@ class Status:
         if now - self._shown >= (_TERMINAL_PERIOD if terminal else _PLAIN_PERIOD):
             self._shown = now
             end = "\x1b[K\r" if terminal else "\n"
-            self._out.write(self.line() + end)
+            self.last_line = self.line()
+            self._out.write(self.last_line + end)
             self._out.flush()
 
     def end(self) -> None:

@@ -11,6 +11,7 @@ from typing import Annotated, Any
 
 import typer
 
+from .live_view import LOOPBACK, PORT, View, ViewHost, ViewPort, live_page
 from .options import Calibration, Hand, Object
 
 SWITCH = 0.0005  # [s], after which a computing thread lets others in; Python's 5 ms are long for a message
@@ -32,6 +33,9 @@ def ros(
         Path | None,
         typer.Option(help="Record to this .mcap file, or to FILE_1.mcap, ... where it is there."),
     ] = None,
+    view: View = False,
+    view_host: ViewHost = LOOPBACK,
+    view_port: ViewPort = PORT,
 ) -> None:
     """Estimate the object's pose on a running robot: a ROS 2 node.
 
@@ -58,11 +62,13 @@ def ros(
         config=config,
         record=_text(record),
     )
+    arguments = _ros_arguments(context.args)
+    where = live_page(view, view_host, view_port, None, typer.echo)
     stop = threading.Event()
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: stop.set())
     sys.setswitchinterval(SWITCH)
-    run(given, _ros_arguments(context.args), stop)
+    run(given, arguments, stop, where)
 
 
 def _text(path: Any) -> str:

@@ -265,6 +265,20 @@ def judge_recorder(recorder: Recorder) -> Condition:
     return condition
 
 
+def in_words(conditions: list[Condition]) -> str:
+    """The conditions as a table in Markdown."""
+    rows = ["| part | | rate [Hz] | age [s] | |", "|---|---|---|---|---|"]
+    for c in conditions:
+        level = "" if c.level is Level.OK else f"**{c.level.name}**"
+        rate, age = (c.values.get(key, "") for key in ("rate [Hz]", "age [s]"))
+        name = c.name.removeprefix("vtgtsam: ")
+        rows.append(f"| {name} | {level} | {rate} | {age} | {c.message.replace('|', '/')} |")
+    estimate = conditions[0].values
+    shown = ("status", "mode", "faults", "contacts", "visual weight", "latency p50, p95 [ms]")
+    said = [f"{key} **{estimate[key]}**" for key in shown if key in estimate]
+    return " · ".join(said) + "\n\n" + "\n".join(rows)
+
+
 def diagnostics_message(conditions: list[Condition], now: Any) -> Any:
     """A diagnostic_msgs/msg/DiagnosticArray; ``now`` is a builtin_interfaces/msg/Time."""
     from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue

@@ -17,7 +17,7 @@ import time
 from collections.abc import Sequence
 from contextlib import ExitStack
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import gtsam
 import rclpy
@@ -32,7 +32,15 @@ from ..live.recorder import Recorder
 from ..live.slots import PoseSlot
 from ..live.threads import Ticker, Workers
 from ..recording.topics import TfPose
-from .health import EstimateHealth, Level, Link, TopicHealth, diagnostics_message, judge_recorder
+from .health import (
+    EstimateHealth,
+    Level,
+    Link,
+    TopicHealth,
+    diagnostics_message,
+    in_words,
+    judge_recorder,
+)
 from .intake import (
     camera_pose_intake,
     contacts_intake,
@@ -48,6 +56,9 @@ from .settings import Given, Loaded
 from .subscriptions import Subscriptions
 from .transforms import tf_intakes
 
+if TYPE_CHECKING:
+    from ..live.view import Where
+
 log = logging.getLogger(__name__)
 
 TELLING = 10.0  # [Hz], markers, and a look at what has changed
@@ -62,14 +73,18 @@ class PoseNode:
         node: The ROS node.
         given: Its parameters.
         loaded: What they name.
+        where: Where to show how it goes, or None.
 
     Attributes:
         inputs: The streams.
         fusion: The estimator's thread.
     """
 
-    def __init__(self, node: Node, given: Given, loaded: Loaded) -> None:
-        self._node, self._given, self._loaded = node, given, loaded
+    def __init__(
+        self, node: Node, given: Given, loaded: Loaded, where: Where | None = None
+    ) -> None:
+        self._node, self._given, self._loaded, self._where = node, given, loaded, where
+        self._words = ""
         self._stack = ExitStack()
         self._clock = PublisherClock(lambda: int(node.get_clock().now().nanoseconds))
         estimator = PoseEstimator(loaded.hand, loaded.obj, loaded.config, loaded.calibration)
@@ -110,6 +125,7 @@ class PoseNode:
         Services(self._node, self.inputs, self.fusion, self.files)
         self._workers.start("fusion", self.fusion.run)
         self._workers.start("telling", self._tell)
+        self._show()
         return self
 
     def __exit__(self, *exception: Any) -> None:
@@ -129,6 +145,15 @@ class PoseNode:
                 self._workers.check()
         finally:
             executor.shutdown()
+
+    def _show(self) -> None:
+        if self._where is None:
+            return
+        from ..live.view import LiveView, Setup
+
+        setup = Setup(self._loaded.hand, self._loaded.obj, gtsam.Pose3())
+        view = self._stack.enter_context(LiveView(self._where, setup))
+        view.watch(self.inputs, self.fusion, self._clock.now_ns, words=lambda: self._words)
 
     def _make_publishers(self) -> None:
         from diagnostic_msgs.msg import DiagnosticArray
@@ -212,6 +237,7 @@ class PoseNode:
                 told = now
                 conditions = [judge(now) for judge in judges]
                 conditions.append(judge_recorder(self.recorder))
+                self._words = in_words(conditions)
                 stamp = self._node.get_clock().now().to_msg()
                 self._diagnostics.publish(diagnostics_message(conditions, stamp))
 
@@ -267,13 +293,19 @@ def _tf_publisher(node: Node) -> Any:
     return node.create_publisher(TFMessage, "/tf", 100)
 
 
-def run(given: Given, arguments: Sequence[str], stop: threading.Event) -> None:
+def run(
+    given: Given,
+    arguments: Sequence[str],
+    stop: threading.Event,
+    where: Where | None = None,
+) -> None:
     """Run the node until ``stop`` is set.
 
     Args:
         given: Parameters' defaults.
         arguments: ROS's own arguments, from ``--ros-args`` on.
         stop: Ends it.
+        where: Where to show how it goes, or None.
 
     Raises:
         VtgtsamError: What the parameters name cannot be read, or the recording cannot be written.
@@ -290,7 +322,7 @@ def run(given: Given, arguments: Sequence[str], stop: threading.Event) -> None:
     try:
         given = given.declared_on(node)
         loaded = load(given)
-        with PoseNode(node, given, loaded) as robot:
+        with PoseNode(node, given, loaded, where) as robot:
             node.get_logger().info(
                 f"{loaded.obj.name} in {loaded.hand.name}: poses on "
                 f"{node.resolve_topic_name('~/object_pose')}"

@@ -46,6 +46,8 @@ def layout(
     hidden: Iterable[str] = (),
     eye: Eye | None = None,
     images: Iterable[str] = (),
+    live: bool = False,
+    truth: bool = True,
 ) -> rrb.Blueprint:
     """The arrangement.
 
@@ -53,13 +55,22 @@ def layout(
         hidden: Methods whose object is not drawn at first; a click shows it.
         eye: From where to look; None: from where all is seen.
         images: Images that there are: "color", "depth".
+        live: Whether it is a live run, with a text on how its streams are.
+        truth: Whether there are true poses, and so errors.
     """
     views: list[rrb.Container | rrb.View] = [_space(hidden, eye)]
     pictures = [_picture(image) for image in images]
     if pictures:
         views.append(rrb.Horizontal(*pictures))
     left = rrb.Vertical(*views, row_shares=[3, 1] if pictures else [1])
-    right = rrb.Vertical(*_plots(), rrb.TextLogView(origin=names.LOG, name="status"))
+    plots = _plots(truth)
+    log = rrb.TextLogView(origin=names.LOG, name="status")
+    if live:
+        streams = rrb.TextDocumentView(origin=names.WORDS, name="estimate and streams")
+        shares = [4, *[2] * len(plots), 2]
+        right = rrb.Vertical(streams, *plots, log, row_shares=shares)
+    else:
+        right = rrb.Vertical(*plots, log)
     return rrb.Blueprint(
         rrb.Horizontal(left, right, column_shares=[3, 2]),
         rrb.BlueprintPanel(state="collapsed"),
@@ -86,7 +97,7 @@ def _picture(image: str) -> rrb.Spatial2DView:
     return rrb.Spatial2DView(origin=f"{names.WORLD}/camera/{image}", name=f"camera: {image}")
 
 
-def _plots() -> list[rrb.TimeSeriesView]:
+def _plots(truth: bool) -> list[rrb.TimeSeriesView]:
     titles = {
         names.ADDS: "ADD-S [mm]",
         names.PAD_DISTANCE: "pads in contact: distance to the object [mm]",
@@ -96,4 +107,5 @@ def _plots() -> list[rrb.TimeSeriesView]:
     return [
         rrb.TimeSeriesView(origin=f"plots/{quantity}", name=title)
         for quantity, title in titles.items()
+        if truth or quantity != names.ADDS
     ]

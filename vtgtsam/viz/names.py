@@ -14,4 +14,5 @@ PAD_DISTANCE = "pad_distance_mm"  # one line a pad in contact
 VISUAL_RESIDUAL = "visual_residual_mm"  # one line a method
 WEIGHT = "visual_weight"
 CONTACTS = "contacts"
+WORDS = "streams"
 LOG = "status"

@@ -6,9 +6,12 @@ A recording and a live run use the same scene, so that both look the same. Entit
     world/hand/links/<link>      the hand's links, moved by its joints
     world/hand/pads              its pads: gray; in contact from blue (not believed) to yellow (believed)
     world/object/<name>          the object at the truth and at each method's estimate
+    world/uncertainty/<name>     where its centre is with 95 %, given its covariance
+    world/contacts               closest points of touching pads, in their colours
     world/camera                 the camera, its depth and colour images
     plots/<quantity>/<name>      numbers over time
     status/<name>                a method's status, whenever it changes
+    streams                      how a live run's streams are, in words
 """
 
 from __future__ import annotations
@@ -38,6 +41,8 @@ POINT_SIZE = 0.25  # [pixels], of a depth image's points in space: the rest is s
 PAD_THICKNESS = 0.0016  # [m], of the drawn pad; half of it lies above the contact face, to be seen
 LINK_OPACITY = 110  # of 255: the pads of a closed hand are seen through its links
 CAMERA_SIZE = 0.05  # [m], distance at which the camera's image plane is drawn
+POINT_RADIUS = 0.003  # [m]
+QUANTILE_95 = 7.815  # of chi squared with 3 degrees of freedom
 CALENDAR_S = 1e9  # [s], clocks beyond this count from 1970
 
 
@@ -109,6 +114,57 @@ class Scene:
             self._draw_object(path, name)
             self._drawn.add(name)
         self._stream.log(path, _transform(T_wo))
+
+    def uncertainty(self, name: str, T_wo: gtsam.Pose3, covariance: np.ndarray) -> None:
+        """Where the object's centre is with 95 %; nothing where its covariance is infinite.
+
+        Args:
+            name: Who says so.
+            T_wo: The pose.
+            covariance: Of its right perturbation, rotation first, shape (6, 6).
+        """
+        path = f"{names.WORLD}/uncertainty/{rr.escape_entity_path_part(name)}"
+        center_o = self._obj.center
+        moves = np.hstack([-_skew(center_o), np.eye(3)])  # of the centre, in the object's frame
+        spread = moves @ covariance @ moves.T if np.isfinite(covariance).all() else None
+        if spread is None:
+            self._stream.log(path, rr.Clear(recursive=False))
+            return
+        variances, axes = np.linalg.eigh(spread)
+        axes = axes if np.linalg.det(axes) > 0 else -axes
+        turned = Rotation.from_matrix(T_wo.rotation().matrix() @ axes)
+        half = np.sqrt(QUANTILE_95 * np.maximum(variances, 0.0))
+        ellipsoid = rr.Ellipsoids3D(
+            centers=[T_wo.transformFrom(center_o)],
+            half_sizes=[half],
+            quaternions=[turned.as_quat()],  # xyzw
+            colors=[self._palette.of(name)],
+            fill_mode="majorwireframe",
+        )
+        self._stream.log(path, ellipsoid)
+
+    def contact_points(
+        self, points_w: np.ndarray, contacts: np.ndarray, weights: np.ndarray
+    ) -> None:
+        """Where touching pads are closest to the object.
+
+        Args:
+            points_w: Each pad's closest point in the world [m], shape (K, 3), NaN where there is none.
+            contacts: Contact bits, shape (K,).
+            weights: How much each contact counts, in [0, 1], shape (K,).
+        """
+        shown = contacts & np.isfinite(points_w).all(axis=1)
+        points = rr.Points3D(
+            points_w[shown],
+            radii=POINT_RADIUS,
+            colors=colors.of_pads(contacts[shown], weights[shown]),
+        )
+        self._stream.log(f"{names.WORLD}/contacts", points)
+
+    def words(self, text: str) -> None:
+        """How the streams are, in Markdown; only the newest is kept."""
+        document = rr.TextDocument(text, media_type=rr.MediaType.MARKDOWN)
+        self._stream.log(names.WORDS, document, static=True)
 
     def camera(self, intrinsics: CameraIntrinsics, T_wc: gtsam.Pose3) -> None:
         """The camera's pose and view."""
@@ -221,6 +277,11 @@ def plot_path(quantity: str, name: str) -> str:
 def _transform(pose: gtsam.Pose3) -> rr.Transform3D:
     quaternion: Any = pose.rotation().toQuaternion()
     return rr.Transform3D(translation=pose.translation(), quaternion=quaternion.coeffs())  # xyzw
+
+
+def _skew(v: np.ndarray) -> np.ndarray:
+    x, y, z = v.tolist()
+    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
 
 
 def _normals(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:

@@ -9,7 +9,9 @@ import signal
 import subprocess
 import sys
 import time
+import urllib.request
 from pathlib import Path
+from types import SimpleNamespace
 
 import gtsam
 import numpy as np
@@ -18,26 +20,28 @@ import pytest
 
 pytest.importorskip("rerun", reason="the viewer (extra viz) is not installed")
 
-from hardware.camera.camera import CameraFrame  # noqa: E402
-from hardware.live import view  # noqa: E402
-from hardware.live.view import LiveView, Setup, Where  # noqa: E402
 from vtgtsam import PoseEstimator, load_hand, load_object  # noqa: E402
 from vtgtsam.camera import CameraIntrinsics  # noqa: E402
 from vtgtsam.exceptions import VtgtsamError  # noqa: E402
+from vtgtsam.live import page, view  # noqa: E402
 from vtgtsam.live.clock import RunClock  # noqa: E402
 from vtgtsam.live.fusion import Fusion  # noqa: E402
 from vtgtsam.live.inputs import Inputs  # noqa: E402
+from vtgtsam.live.page import PageServer, free_address  # noqa: E402
 from vtgtsam.live.recorder import Recorder  # noqa: E402
+from vtgtsam.live.view import LiveView, Setup, Where  # noqa: E402
 
 T_WH = gtsam.Pose3(gtsam.Rot3.RzRyRx(0.1, -0.2, 0.3), np.array([0.0, 0.1, 0.5]))
 T_WO = gtsam.Pose3(gtsam.Rot3(), np.array([0.09, 0.15, 0.5]))
 CAMERA = CameraIntrinsics(6, 4, 5.0, 5.0, 2.5, 1.5)
-FRAME = CameraFrame(0.0, np.full((4, 6), 0.5, np.float32), None)
+FRAME = SimpleNamespace(depth=np.full((4, 6), 0.5, np.float32), color=None)
 
 
 @pytest.fixture(scope="module")
 def setup():
-    return Setup(load_hand("isyhand"), load_object("can"), T_WH, CAMERA)
+    return Setup(
+        load_hand("isyhand"), load_object("can"), T_WH, CAMERA, camera_is_world=True, truth=True
+    )
 
 
 class Run:
@@ -65,7 +69,7 @@ class Run:
         return now_ns
 
     def show_in(self, shown):
-        shown.watch(self.inputs, self.fusion, self.clock, lambda: FRAME)
+        shown.watch(self.inputs, self.fusion, self.clock.now_ns, lambda: FRAME, lambda: "fine")
 
 
 def rows(path):
@@ -85,7 +89,8 @@ def wait_until(condition, seconds=60.0):
         time.sleep(0.02)
 
 
-def test_hand_object_truth_image_and_errors_of_a_run_are_in_the_file(setup, tmp_path):
+def test_hand_object_truth_image_and_errors_of_a_run_are_in_the_file(setup, tmp_path, monkeypatch):
+    monkeypatch.setattr(view, "_END", 120.0)  # a busy computer
     path, run = tmp_path / "live.rrd", Run(setup)
     with LiveView(Where(save=path), setup) as shown:
         run.show_in(shown)
@@ -105,6 +110,10 @@ def test_hand_object_truth_image_and_errors_of_a_run_are_in_the_file(setup, tmp_
     assert "EncodedDepthImage:blob" in tables["/world/camera/depth"]
     errors = [value[0] for value in tables["/plots/adds_mm/live"]["Scalars:scalars"].dropna()]
     assert 0 <= max(errors) < 20  # [mm]
+    words = tables["/streams"]["TextDocument:text"].dropna()
+    assert words.iloc[-1][0] == "fine"
+    ellipsoid = tables["/world/uncertainty/live"]["Ellipsoids3D:half_sizes"].dropna().iloc[-1][0]
+    assert 1e-4 < max(ellipsoid) < 0.02  # [m]
     assert (tables["/status/live"]["TextLog:text"].dropna().str[0] == "live: ok").any()
 
 
@@ -143,12 +152,45 @@ def _stands_still(shown):
 
 
 def test_what_is_missing_is_said_before_the_hand_moves(tmp_path, monkeypatch):
-    monkeypatch.delenv("DISPLAY", raising=False)
-    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
-    with pytest.raises(VtgtsamError, match="there is no display"):
-        Where(spawn=True).check()
+    with pytest.raises(VtgtsamError, match=r"cannot listen at '192\.0\.2\.1'"):
+        free_address("192.0.2.1")
+    with monkeypatch.context() as patch:
+        patch.setattr(page, "_rerun", lambda: tmp_path / "none")
+        with pytest.raises(VtgtsamError, match="the live page needs Rerun"):
+            Where(free_address()).check()
     with pytest.raises(VtgtsamError, match="cannot write"):
         Where(save=tmp_path / "no" / "such.rrd").check()
+
+
+def test_the_page_is_served_to_this_computer_alone_and_ends_with_the_run(setup):
+    address, run = free_address(), Run(setup)
+    run.step()
+    with LiveView(Where(page=address), setup) as shown:
+        run.show_in(shown)
+        wait_until(lambda: shown.shown > 0)
+        with urllib.request.urlopen(f"http://127.0.0.1:{address.page}/", timeout=10) as answer:
+            assert b"rerun" in answer.read().lower()
+        assert listened_at(address.page) == listened_at(address.data) == {"0100007F"}
+    assert listened_at(address.page) == listened_at(address.data) == set()
+
+
+def listened_at(port):
+    """Addresses at which some program of this computer listens on a port, as the kernel writes them."""
+    lines = [
+        line.split()
+        for table in ("tcp", "tcp6")
+        for line in Path(f"/proc/net/{table}").read_text(encoding="ascii").splitlines()[1:]
+    ]
+    places = (fields[1].split(":") for fields in lines if fields[3] == "0A")
+    return {host for host, hexadecimal in places if int(hexadecimal, 16) == port}
+
+
+def test_a_taken_port_is_not_used():
+    first = free_address()
+    with PageServer(first):
+        second = free_address(port=first.page)
+        assert second.page != first.page
+    assert f"127.0.0.1:{second.page}/?url=rerun%2Bhttp%3A%2F%2F127.0.0.1%3A" in second.url
 
 
 @pytest.mark.slow

@@ -16,25 +16,27 @@ import signal
 import threading
 from collections import OrderedDict
 from collections.abc import Callable
+from contextlib import ExitStack
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 import gtsam
 import numpy as np
 
-from hardware.camera.camera import CameraFrame
-from vtgtsam import Estimate, HandModel, ObjectModel
-from vtgtsam.camera import CameraIntrinsics
-from vtgtsam.live.clock import RunClock
-from vtgtsam.live.fusion import Fused, Fusion
-from vtgtsam.live.inputs import Inputs
-from vtgtsam.live.threads import Ticker
+from ..camera import CameraIntrinsics
+from ..estimate import Estimate
+from ..hands.model import HandModel
+from ..objects import ObjectModel
+from .clock import Clock
+from .fusion import Fused, Fusion
+from .inputs import Inputs
+from .page import Address, PageServer, check_page
+from .threads import Ticker
 
 if TYPE_CHECKING:
-    from vtgtsam.viz.frame import FrameDrawing
-    from vtgtsam.viz.scene import Scene
+    from ..viz.layout import Eye
 
 log = logging.getLogger(__name__)
 
@@ -45,29 +47,43 @@ _RECENT_NS = 100_000_000  # between an image and a frame, for the true pose of t
 _NICE = 5  # the hand goes first
 
 
+class Images(Protocol):
+    """A camera's images of one instant."""
+
+    @property
+    def depth(self) -> np.ndarray:
+        """Depth [m], shape (H, W), 0 where nothing was measured."""
+        ...
+
+    @property
+    def color(self) -> np.ndarray | None:
+        """RGB, uint8, shape (H, W, 3), or None."""
+        ...
+
+
 @dataclass(frozen=True)
 class Where:
     """Where to show a run.
 
     Attributes:
-        spawn: Whether to open a viewer; it stays open after the run.
+        page: Address of the live page, or None.
         save: Rerun's file to write, .rrd, or None.
     """
 
-    spawn: bool = False
+    page: Address | None = None
     save: Path | None = None
 
     def check(self) -> None:
-        """Find out before the hand moves.
+        """Find out before anything moves.
 
         Raises:
-            VtgtsamError: Rerun or a display is missing, or the file cannot be written.
+            VtgtsamError: Rerun is missing, or the file cannot be written.
         """
-        from vtgtsam.viz.stream import check_display, check_writable
-
-        if self.spawn:
-            check_display()
+        if self.page is not None:
+            check_page()
         if self.save is not None:
+            from ..viz.stream import check_writable
+
             check_writable(self.save)
 
 
@@ -78,14 +94,18 @@ class Setup:
     Attributes:
         hand: The hand.
         obj: The object.
-        T_wh: Pose of the hand in the world, which is the camera's frame.
-        intrinsics: The camera's.
+        T_wh: Pose of the hand in the world, as far as it is known.
+        intrinsics: The camera's, where there are images.
+        camera_is_world: Whether the world frame is the camera's, y down and z forward; else z is up.
+        truth: Whether true poses are known.
     """
 
     hand: HandModel
     obj: ObjectModel
     T_wh: gtsam.Pose3
-    intrinsics: CameraIntrinsics
+    intrinsics: CameraIntrinsics | None = None
+    camera_is_world: bool = False
+    truth: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,20 +115,24 @@ class Snapshot:
     Attributes:
         time: The estimate's instant, or the present where there is no new one [s].
         joints: Joint angles [rad].
+        T_wh: The hand's pose; None: as before.
         contacts: Contact bits, shape (K,).
         estimate: The newest estimate; None where there is none since the last snapshot.
         T_wo_visual: What the tracker said of the image that the frame took.
         T_wo_true: The true pose in the last image, where an emulator knows it.
-        frame: The newest images.
+        images: The newest images.
+        words: How the streams are, Markdown.
     """
 
     time: float
     joints: np.ndarray
+    T_wh: gtsam.Pose3 | None
     contacts: np.ndarray
     estimate: Estimate | None
     T_wo_visual: gtsam.Pose3 | None
     T_wo_true: gtsam.Pose3 | None
-    frame: CameraFrame | None
+    images: Images | None
+    words: str
 
 
 class LiveView:
@@ -129,6 +153,9 @@ class LiveView:
         self._thread: threading.Thread | None = None
         self._last: Fused | None = None
         self._truth: OrderedDict[int, gtsam.Pose3] = OrderedDict()  # by instant
+        self._server = ExitStack()
+        if where.page is not None:
+            self._server.enter_context(PageServer(where.page))
         context = multiprocessing.get_context("spawn")
         taken, self._given = context.Pipe(duplex=False)
         self._process = context.Process(
@@ -147,15 +174,24 @@ class LiveView:
         self,
         inputs: Inputs,
         fusion: Fusion,
-        clock: RunClock,
-        frame: Callable[[], CameraFrame | None],
+        clock: Clock,
+        images: Callable[[], Images | None] = lambda: None,
+        words: Callable[[], str] = lambda: "",
     ) -> None:
-        """Begin to show; ``frame`` gives the camera's newest images."""
+        """Begin to show.
+
+        Args:
+            inputs: The streams.
+            fusion: The estimator's thread.
+            clock: The present, by the clock of the stamps.
+            images: Gives the camera's newest images.
+            words: Says how the streams are, in Markdown.
+        """
 
         def run() -> None:
             ticker = Ticker(RATE)
             while ticker.wait(self._stop):
-                snapshot = self._snapshot(inputs, fusion, clock, frame())
+                snapshot = self._snapshot(inputs, fusion, clock, images(), words())
                 if snapshot is not None and not self._hand_over(snapshot):
                     return
 
@@ -187,9 +223,10 @@ class LiveView:
         if self._process.is_alive():
             log.warning("the viewer does not answer; what it shows is not complete")
             self._process.kill()
+        self._server.close()
 
     def _snapshot(
-        self, inputs: Inputs, fusion: Fusion, clock: RunClock, frame: CameraFrame | None
+        self, inputs: Inputs, fusion: Fusion, clock: Clock, images: Images | None, words: str
     ) -> Snapshot | None:
         """The last frame where it is a new one, else joints and contacts as they are."""
         latest = None if fusion.latest is self._last else fusion.latest
@@ -199,20 +236,20 @@ class LiveView:
             return Snapshot(
                 time=latest.estimate.time,
                 joints=latest.cut.joints,
+                T_wh=latest.cut.T_wh,
                 contacts=latest.cut.contacts,
                 estimate=latest.estimate,
                 T_wo_visual=None if seen is None else seen.T_wo,
                 T_wo_true=self._truth_at(latest.cut.stamp_ns),
-                frame=frame,
+                images=images,
+                words=words,
             )
-        now_ns = clock.now_ns()
+        now_ns = clock()
         joints, contacts = inputs.joints_at(now_ns), inputs.contacts_at(now_ns)
         if joints is None:
             return None
-        none = np.zeros(self._pads, bool)
-        return Snapshot(
-            now_ns / 1e9, joints, none if contacts is None else contacts, None, None, None, frame
-        )
+        bits = np.zeros(self._pads, bool) if contacts is None else contacts
+        return Snapshot(now_ns / 1e9, joints, None, bits, None, None, None, images, words)
 
     def _hand_over(self, snapshot: Snapshot) -> bool:
         """Whether the drawing process took it; waits while that is busy."""
@@ -228,52 +265,94 @@ class LiveView:
 
 def _draw(taken: Connection, where: Where, setup: Setup) -> None:
     """The process that draws, until nobody gives it anything any more."""
-    from vtgtsam.viz import names
-    from vtgtsam.viz.frame import FrameDrawing
-    from vtgtsam.viz.layout import Eye, layout
-    from vtgtsam.viz.scene import Scene
-    from vtgtsam.viz.stream import open_stream
-
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the run, which then ends this
     os.nice(_NICE)
-    pads = setup.hand.pad_transforms(np.zeros(len(setup.hand.joint_names)), setup.T_wh)
-    middle = pads[:, :3, 3].mean(axis=0)
-    eye = Eye.beside(middle, camera=np.zeros(3), up=np.array([0.0, -1.0, 0.0]))
-    arranged = layout(hidden=[names.TRACKER], eye=eye, images=["depth"])
-    stream = open_stream("live run", arranged, save=where.save, spawn=where.spawn)
-    scene = Scene(stream, setup.hand, setup.obj, camera_is_world=True)
-    scene.at(0.0)
-    scene.camera(setup.intrinsics, gtsam.Pose3())
-    drawing = FrameDrawing(scene, setup.hand, setup.obj)
+    picture = _Picture(where, setup)
     while True:
         try:
             snapshot: Snapshot = taken.recv()
         except EOFError:
             break
+        picture.draw(snapshot)
+    picture.end()
+
+
+class _Picture:
+    """The scene of a run."""
+
+    def __init__(self, where: Where, setup: Setup) -> None:
+        from ..viz import names
+        from ..viz.frame import FrameDrawing
+        from ..viz.layout import layout
+        from ..viz.scene import Scene
+        from ..viz.stream import open_stream
+
+        arranged = layout(
+            hidden=[names.TRACKER],
+            eye=_eye(setup),
+            images=[] if setup.intrinsics is None else ["depth"],
+            live=True,
+            truth=setup.truth,
+        )
+        sink = None if where.page is None else where.page.sink
+        self._stream = open_stream("live run", arranged, save=where.save, connect=sink)
+        self._scene = Scene(self._stream, setup.hand, setup.obj, setup.camera_is_world)
+        self._drawing = FrameDrawing(self._scene, setup.hand, setup.obj)
+        self._T_wh = setup.T_wh
+        if setup.intrinsics is not None:
+            self._scene.at(0.0)
+            self._scene.camera(setup.intrinsics, gtsam.Pose3())
+
+    def draw(self, snapshot: Snapshot) -> None:
+        """Draw the newest values."""
+        from ..viz import names
+
+        scene, drawing = self._scene, self._drawing
         scene.at(snapshot.time)
-        _draw_snapshot(scene, drawing, setup.T_wh, snapshot)
-    stream.flush(timeout_sec=_END)
+        self._T_wh = snapshot.T_wh or self._T_wh
+        estimate = snapshot.estimate
+        if estimate is None:
+            drawing.hand(snapshot.joints, self._T_wh, snapshot.contacts)
+        else:
+            distances, weights = estimate.pad_distances, estimate.pad_weights
+            drawing.hand(snapshot.joints, self._T_wh, snapshot.contacts, distances, weights)
+            scene.status(names.LIVE, _verdict(estimate))
+            if snapshot.T_wo_visual is not None:
+                scene.plot(names.WEIGHT, names.LIVE, estimate.visual_weight)
+            scene.contact_points(estimate.contact_points_w, snapshot.contacts, weights)
+            if estimate.T_wo is not None:
+                T_wo, true = estimate.T_wo, snapshot.T_wo_true
+                drawing.pose(names.LIVE, T_wo, snapshot.T_wo_visual, true)
+                scene.uncertainty(names.LIVE, T_wo, estimate.covariance)
+        if snapshot.T_wo_visual is not None:
+            drawing.pose(names.TRACKER, snapshot.T_wo_visual, T_wo_true=snapshot.T_wo_true)
+        if snapshot.T_wo_true is not None:
+            scene.object(names.TRUTH, snapshot.T_wo_true)
+        if snapshot.words:
+            scene.words(snapshot.words)
+        self._draw_images(snapshot.images)
+
+    def _draw_images(self, images: Images | None) -> None:
+        if images is not None:
+            self._scene.depth(images.depth)
+            if images.color is not None:
+                self._scene.color(images.color)
+
+    def end(self) -> None:
+        """Let everything be written."""
+        self._stream.flush(timeout_sec=_END)
 
 
-def _draw_snapshot(
-    scene: Scene, drawing: FrameDrawing, T_wh: gtsam.Pose3, snapshot: Snapshot
-) -> None:
-    from vtgtsam.viz import names
+def _verdict(estimate: Estimate) -> str:
+    return ": ".join([estimate.status, *([", ".join(estimate.faults)] if estimate.faults else [])])
 
-    estimate, frame = snapshot.estimate, snapshot.frame
-    if estimate is None:
-        drawing.hand(snapshot.joints, T_wh, snapshot.contacts)
-    else:
-        distances, weights = estimate.pad_distances, estimate.pad_weights
-        drawing.hand(snapshot.joints, T_wh, snapshot.contacts, distances, weights)
-        drawing.verdict(names.LIVE, estimate.status, estimate.visual_weight)
-        if estimate.T_wo is not None:
-            drawing.pose(names.LIVE, estimate.T_wo, snapshot.T_wo_visual, snapshot.T_wo_true)
-    if snapshot.T_wo_visual is not None:
-        drawing.pose(names.TRACKER, snapshot.T_wo_visual, T_wo_true=snapshot.T_wo_true)
-    if snapshot.T_wo_true is not None:
-        scene.object(names.TRUTH, snapshot.T_wo_true)
-    if frame is not None:
-        scene.depth(frame.depth)
-        if frame.color is not None:
-            scene.color(frame.color)
+
+def _eye(setup: Setup) -> Eye:
+    """From beside the camera where that is the world, else from in front and above."""
+    from ..viz.layout import Eye
+
+    pads = setup.hand.pad_transforms(np.zeros(len(setup.hand.joint_names)), setup.T_wh)
+    middle = pads[:, :3, 3].mean(axis=0)
+    if setup.camera_is_world:
+        return Eye.beside(middle, camera=np.zeros(3), up=np.array([0.0, -1.0, 0.0]))
+    return Eye.beside(middle, middle + np.array([1.0, 0.0, 0.0]), up=np.array([0.0, 0.0, 1.0]))
