@@ -3,8 +3,9 @@ PYTHON ?= python3
 VENV   ?= .venv
 BIN    := $(VENV)/bin
 WORKERS ?= 2
+ROS    ?= .venv-ros
 
-.PHONY: demo test slow fuzz check setup docs wheel theseus clean
+.PHONY: demo test test-ros slow fuzz check setup docs wheel theseus clean
 
 setup: $(VENV)/.installed
 
@@ -18,6 +19,14 @@ demo: setup
 test: setup
 	@sh tools/browser.sh
 	$(BIN)/python -m pytest -n $(WORKERS) --dist worksteal
+
+# The ROS 2 node with the genuine rclpy, in an environment of its own; `make test` skips these tests.
+test-ros: $(ROS)/.installed
+	$(ROS)/bin/python -m pytest tests/vtgtsam/ros
+
+$(ROS)/.installed: pyproject.toml tools/ros.sh
+	PYTHON="$(PYTHON)" ROS="$(ROS)" sh tools/ros.sh
+	@touch $@
 
 slow: setup
 	$(BIN)/python -m pytest -n $(WORKERS) --dist worksteal -m slow
@@ -46,4 +55,4 @@ theseus:
 	PYTHON="$(PYTHON)" sh tools/theseus.sh
 
 clean:
-	rm -rf $(VENV) demo-output site dist .pytest_cache .mypy_cache .ruff_cache
+	rm -rf $(VENV) $(ROS) demo-output site dist .pytest_cache .mypy_cache .ruff_cache

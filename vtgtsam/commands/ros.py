@@ -14,6 +14,9 @@ import typer
 from .live_view import LOOPBACK, PORT, View, ViewHost, ViewPort, live_page
 from .options import Calibration, Hand, Object
 
+_PACKAGE = Path(__file__).parents[1]
+_LAUNCH_FILE = _PACKAGE / "ros" / "vtgtsam.launch.py"
+_MESSAGES = _PACKAGE / "recording" / "msg" / "vtgtsam_msgs"
 SWITCH = 0.0005  # [s], after which a computing thread lets others in; Python's 5 ms are long for a message
 
 
@@ -33,6 +36,16 @@ def ros(
         Path | None,
         typer.Option(help="Record to this .mcap file, or to FILE_1.mcap, ... where it is there."),
     ] = None,
+    launch_file: Annotated[
+        bool, typer.Option("--launch-file", help="Only say where the launch file lies.")
+    ] = False,
+    messages: Annotated[
+        bool,
+        typer.Option(
+            "--messages",
+            help="Only say where the package with our own message lies, to be built by colcon.",
+        ),
+    ] = False,
     view: View = False,
     view_host: ViewHost = LOOPBACK,
     view_port: ViewPort = PORT,
@@ -44,6 +57,9 @@ def ros(
     """
     from ..exceptions import LiveError
 
+    if launch_file or messages:
+        typer.echo(_LAUNCH_FILE if launch_file else _MESSAGES)
+        return
     try:
         import rclpy  # noqa: F401
     except ImportError as error:

@@ -12,8 +12,6 @@ from ..recording import messages
 from ..recording.poses import pose_fields
 from .intake import Intake
 
-LONGEST = 64  # links; more are a loop
-
 
 class TransformTree:
     """The newest transform of each frame to its parent."""
@@ -43,7 +41,7 @@ class TransformTree:
         here, there = _plain(child), _plain(frame)
         while here != there:
             link = self._links.get(here)
-            if link is None or len(between) == LONGEST:
+            if link is None or here in between:  # unknown, or a loop
                 return None
             between.add(here)
             here, pose, link_ns = link
