@@ -186,7 +186,11 @@ def test_a_calibration_is_used_and_a_latched_wrist_is_enough(
     hand = load_hand("isyhand")
     zeros = {name: 0.02 for name in hand.joint_names}
     calibration = Calibration(
-        hand="isyhand", joint_zeros=zeros, covariance=1e-8 * np.eye(6 + len(zeros))
+        robot=Robot.of(read_recording(grasp)),
+        camera=np.full(6, 1e-3),
+        camera_origin=np.zeros(3),
+        joint_zeros=zeros,
+        covariance=1e-6 * np.eye(6 + len(zeros)),
     )
     file = tmp_path / "calibration.yaml"
     calibration.to_yaml(file)
