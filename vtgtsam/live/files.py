@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from datetime import UTC, datetime
 from pathlib import Path
 
+from ..calibration.calibration import Calibration
 from ..config import EstimatorConfig
 from ..exceptions import VtgtsamError
 from ..hands.model import HandModel
@@ -26,6 +27,7 @@ class Files:
         config: The estimator's settings.
         hold: How long a visual pose counts again [s].
         more: What else the metadata say.
+        calibration: The calibration that the run is corrected with.
     """
 
     def __init__(
@@ -36,9 +38,10 @@ class Files:
         config: EstimatorConfig,
         hold: float,
         more: Mapping[str, str],
+        calibration: Calibration | None = None,
     ) -> None:
         self._path = path
-        self._hand = hand
+        self._hand, self._calibration = hand, calibration
         self._mesh = None if obj.mesh is None else mesh_file(obj)
         self._metadata = {
             **object_metadata(obj),
@@ -74,4 +77,10 @@ class Files:
         """Begin another recording."""
         started = datetime.now(UTC).isoformat(timespec="seconds")
         metadata = {**self._metadata, "started": started}
-        return RecordingWriter(self.next(), metadata, hand_xml=self._hand.xml, mesh=self._mesh)
+        return RecordingWriter(
+            self.next(),
+            metadata,
+            hand_xml=self._hand.xml,
+            mesh=self._mesh,
+            calibration=self._calibration,
+        )

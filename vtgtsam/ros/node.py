@@ -280,7 +280,7 @@ def _files(given: Given, loaded: Loaded, hold: float) -> Files:
         else Path(time.strftime("vtgtsam_%Y-%m-%d_%H-%M-%S.mcap"))
     )
     more = {"dataset": "live", "tracker": loaded.map.topics.vision.topic}
-    return Files(path, loaded.hand, loaded.obj, loaded.config, hold, more)
+    return Files(path, loaded.hand, loaded.obj, loaded.config, hold, more, loaded.calibration)
 
 
 def _tf_publisher(node: Node) -> Any:
