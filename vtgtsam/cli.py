@@ -25,6 +25,7 @@ from .commands.report import report
 from .commands.ros import ros
 from .commands.sdf import sdf
 from .commands.view import view
+from .commands.warm_up import warm_up
 
 app = typer.Typer(
     name="vtgtsam",
@@ -45,6 +46,7 @@ for command in (
     suggest_pads,
     check_mesh,
     sdf,
+    warm_up,
 ):
     app.command()(command)
 # What follows --ros-args is for ROS.

@@ -63,3 +63,30 @@ class Estimate:
     pad_distances: np.ndarray
     pad_weights: np.ndarray
     contact_points_w: np.ndarray
+
+    def __str__(self) -> str:
+        """The pose with its one-sigma uncertainty, and what to think of it, in a few lines."""
+        lines = [f"t = {self.time:.3f} s: {', '.join([self.status, *filter(None, [self.mode])])}"]
+        if self.T_wo is not None:
+            sigma = np.sqrt(np.diag(self.covariance))
+            x, y, z = 1e3 * self.T_wo.translation()
+            roll, pitch, yaw = np.rad2deg(self.T_wo.rotation().rpy()) + 0.0  # no -0.0
+            lines += [
+                f"  at {x:.1f}, {y:.1f}, {z:.1f} mm, {_uncertainty(1e3 * sigma[3:], 'mm')}",
+                f"  roll {roll:.1f}, pitch {pitch:.1f}, yaw {yaw:.1f} degrees, "
+                f"{_uncertainty(np.rad2deg(sigma[:3]), 'degrees')}",
+            ]
+        counting = int(np.count_nonzero(self.pad_weights > 0.5))
+        lines.append(
+            f"  the visual pose counts {self.visual_weight:.0%}, {counting} of {len(self.pad_weights)} pads hold"
+        )
+        lines += [f"  {', '.join(self.events)}"] if self.events else []
+        lines += [f"  fault: {fault}" for fault in self.faults]
+        return "\n".join(lines)
+
+
+def _uncertainty(sigma: np.ndarray, unit: str) -> str:
+    """The largest of the axes' sigmas in words."""
+    if not np.isfinite(sigma).all():
+        return "one direction or more not known"
+    return f"sure to {sigma.max():.2g} {unit}"

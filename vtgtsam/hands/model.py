@@ -112,6 +112,17 @@ class HandModel(PadSet):
         self.moves_pads = _moves(model, self.pad_bodies)
         self._data = mujoco.MjData(model)
 
+    def __str__(self) -> str:
+        """Its joints and pads by name, in a few lines."""
+        area = sum(float(np.prod(pad.size)) for pad in self.pads)
+        return "\n".join(
+            [
+                f"hand {self.name}: {len(self.joint_names)} joints, {len(self)} pads of {1e4 * area:.1f} cm^2 in all",
+                f"  joints: {', '.join(self.joint_names)}",
+                f"  pads: {', '.join(self.pad_names)}",
+            ]
+        )
+
     @classmethod
     def from_mjcf(cls, path: str | Path, pads: str | Path = "pad_*") -> HandModel:
         """Read a hand from an MJCF or URDF file.

@@ -143,6 +143,10 @@ class _Shape:
         half = np.array(self._view.size)  # type: ignore[attr-defined]
         T_bp = np.eye(4)
         T_bp[:3, :3] = rotation_of(self._view.quat)  # type: ignore[attr-defined]
+        if not np.isfinite(half).all():
+            raise HandError(
+                f"pad {self.name!r} must be a box of finite size, got half sides of {half.tolist()} m"
+            )
         T_bp[:3, 3] = self._view.pos + half[2] * T_bp[:3, 2]  # type: ignore[attr-defined]
         return PadBox(self.name, 2 * half, self._body, T_bp, self.name)
 

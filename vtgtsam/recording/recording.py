@@ -37,6 +37,8 @@ T = TypeVar("T")
 
 LONGEST_PAUSE_NS = 10 * 10**9  # [ns] without any joint angle or contact
 MAX_NAMED_PAUSES = 3
+_TOLD = ("hand", "object", "dataset", "tracker")  # of the metadata, where it is printed
+_SHOWN = ("joints", "contacts", "hand_pose", "vision", "truth", "estimate")
 
 _log = logging.getLogger(__name__)
 
@@ -74,6 +76,19 @@ class Recording:
 
     def __repr__(self) -> str:
         return f"Recording({str(self.path)!r})"
+
+    def __str__(self) -> str:
+        """What was recorded, of what, for how long, in a few lines."""
+        about = [f"{key} {plain(self.info[key], 60)}" for key in _TOLD if self.info.get(key)]
+        lines = [f"{self.path}: {', '.join(about)}" if about else str(self.path)]
+        for name in _SHOWN:
+            stream = getattr(self._streams, name)
+            if stream is not None:
+                times = stream.times_ns
+                span = (int(times[-1]) - int(times[0])) / 1e9
+                rate = f" in {span:.1f} s, {(len(times) - 1) / span:.0f} Hz" if span > 0 else ""
+                lines.append(f"  {name.replace('_', ' ')}: {len(times)}{rate}")
+        return "\n".join(lines)
 
     @cached_property
     def hand(self) -> HandModel:
