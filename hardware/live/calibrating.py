@@ -28,6 +28,18 @@ def robot_of(hand: HandModel, camera: str, calibration: Calibration | None) -> R
     return robot
 
 
+def as_seen(
+    calibration: Calibration | None, joints: np.ndarray, T_wh: gtsam.Pose3
+) -> tuple[np.ndarray, gtsam.Pose3]:
+    """Joints and hand as the camera's image has them, from what is measured and believed.
+
+    A tracker that knows the hand leaves it out of the image: at its true joints, and off by what the camera is off.
+    """
+    if calibration is None:
+        return joints, T_wh
+    return joints - calibration.zeros, calibration.camera_motion.compose(T_wh)
+
+
 def remark(before: Calibration | None, found: Calibration | None) -> str:
     """What a run that calibrates has found, for people."""
     if found is None or found is before:

@@ -13,9 +13,12 @@ import numpy as np
 
 from hardware.camera.camera import Camera, CameraError, CameraFrame
 from hardware.device import PadDevice, PadState
+from vtgtsam import Calibration
 from vtgtsam.live.clock import RunClock
 from vtgtsam.live.inputs import Inputs
 from vtgtsam.vision.depth_tracker import DepthTracker
+
+from .calibrating import as_seen
 
 log = logging.getLogger(__name__)
 
@@ -103,6 +106,7 @@ class Vision:
         inputs: Where the visual poses go.
         clock: The run's clock.
         images: Whether images are recorded.
+        calibration: What the robot's joints and camera are corrected with now.
 
     Attributes:
         images: Images looked at.
@@ -122,8 +126,10 @@ class Vision:
         inputs: Inputs,
         clock: RunClock,
         images: bool,
+        calibration: Callable[[], Calibration | None] = lambda: None,
     ) -> None:
         self._camera = camera
+        self._calibration = calibration
         self._tracker = tracker
         self._T_wh = T_wh
         self._inputs = inputs
@@ -216,7 +222,8 @@ class Vision:
         self.image_ns = instant_ns
 
     def _track(self, frame: CameraFrame, joints: np.ndarray) -> gtsam.Pose3 | None:
-        return self._tracker.update(frame.depth, gtsam.Pose3(), joints, self._T_wh).T_wo
+        joints, T_wh = as_seen(self._calibration(), joints, self._T_wh)
+        return self._tracker.update(frame.depth, gtsam.Pose3(), joints, T_wh).T_wo
 
     def _record_images(self, instant_ns: int, frame: CameraFrame) -> None:
         recorder = self._inputs.recorder

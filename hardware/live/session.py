@@ -387,6 +387,7 @@ class _Session:
             self._inputs,
             self._clock,
             self._plan.images,
+            lambda: self._estimator.calibration,
         )
         workers.start("vision", vision.run)
         return vision

@@ -49,6 +49,7 @@ class Background:
         self._questions: queue.SimpleQueue[Question | None] = queue.SimpleQueue()
         self._answers: queue.SimpleQueue[Answer] = queue.SimpleQueue()
         self.busy = False
+        self._closing = False
         self._thread = threading.Thread(target=self._talk, name="calibration", daemon=True)
         self._thread.start()
 
@@ -67,6 +68,7 @@ class Background:
 
     def close(self) -> None:
         """End the process; what it is at is given up."""
+        self._closing = True
         self._questions.put(None)
         self._thread.join(ENDING)
         if self._process.poll() is None:
@@ -85,7 +87,10 @@ class Background:
             self._process.wait(ENDING)
         except (OSError, EOFError, pickle.UnpicklingError) as error:
             # Stays busy: nothing is asked any more.
-            logger.warning("the process that calibrates has ended, poses go on without: %r", error)
+            if not self._closing:
+                logger.warning(
+                    "the process that calibrates has ended, poses go on without: %r", error
+                )
         except subprocess.TimeoutExpired:
             pass
         finally:

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import threading
 import time
 from dataclasses import dataclass, field
@@ -15,6 +16,7 @@ from hardware.camera.camera import Camera, CameraError, CameraFrame
 from hardware.device import PadDevice, PadState
 from hardware.emulate.servo import OVERLOAD
 from hardware.emulate.servos import ServoLineEmulator
+from hardware.live.calibrating import as_seen
 from hardware.live.devices import Devices, load_hand_and_grasp
 from hardware.live.fingers import Phase
 from hardware.live.sensors import NoPads
@@ -340,3 +342,15 @@ def test_a_calibration_of_another_camera_is_refused_before_there_is_torque(bench
     with pytest.raises(VtgtsamError, match="of camera 'other', not of 'scene'"):
         bench.run(calibration=calibration("other"))
     assert bench.all_off() and not bench.pads.prepared
+
+
+def test_the_tracker_is_given_the_hand_as_the_camera_sees_it():
+    known = calibration("scene")
+    joints = np.full(len(HAND.joint_names), 0.2)
+    seen, T_ch = as_seen(known, joints, T_CH)
+    np.testing.assert_array_equal(seen, joints - known.zeros)
+    assert T_ch.equals(T_CH, 1e-12)  # its camera is where it is believed to be
+    off = dataclasses.replace(known, camera=np.array([0, 0, 0, 0.002, 0, 0]))
+    moved = as_seen(off, joints, T_CH)[1].translation() - T_CH.translation()
+    np.testing.assert_allclose(moved, [0.002, 0, 0], atol=1e-12)
+    assert as_seen(None, joints, T_CH) == (joints, T_CH)
