@@ -71,12 +71,16 @@ def memory(
     recordings: Annotated[
         list[Path], typer.Argument(help="Folders of recordings with truth.", exists=True)
     ],
+    disturbed: Annotated[
+        list[Path] | None,
+        typer.Option(help="Those in which something goes wrong; else all.", exists=True),
+    ] = None,
     jobs: Annotated[int, typer.Option(min=1, help="Processes to use.")] = 2,
 ) -> None:
     """What memory gains before and after the turn, and where vision is silent, flipped, off or late."""
     from .memory import run
 
-    run(recordings, jobs)
+    run(recordings, disturbed or recordings, jobs)
 
 
 @app.command()

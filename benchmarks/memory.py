@@ -32,39 +32,53 @@ LARGE_MM = 5.0
 Errors = dict[tuple[str, str, str], tuple[float, float]]
 
 
-def run(folders: Sequence[Path], jobs: int) -> None:
-    """Measure, and write ``memory.md``, ``memory.json`` and ``memory.png``."""
+def run(folders: Sequence[Path], disturbed: Sequence[Path], jobs: int) -> None:
+    """Measure, and write ``memory.md``, ``memory.json`` and ``memory.png``.
+
+    Args:
+        folders: Recordings.
+        disturbed: Those in which something goes wrong.
+        jobs: Processes to use.
+    """
     paths = list(find_recordings(list(folders)).values())
-    found = Parallel(jobs)(delayed(of_recording)(path) for path in paths)
-    phases, cases = rows(found, (BEFORE, AFTER)), rows(found, CASES)
+    found = Parallel(jobs)(delayed(by_phase)(path) for path in paths)
+    wrong_paths = list(find_recordings(list(disturbed)).values())
+    wrong = Parallel(jobs)(delayed(by_case)(path) for path in wrong_paths)
+    phases, cases = rows(found, (BEFORE, AFTER)), rows(wrong, list(CASES))
     words = (
         f"{len(paths)} recordings. Medians of frames [mm], and of the recordings the median, the 90th percentile "
         f"and the largest; frames above {LARGE_MM:g} mm over all of them."
     )
-    text = f"{words}\n\n{table(phases)}\n\nWhere something goes wrong in the turn, or the object is taken out:\n\n"
-    save(
-        "memory", text + table(cases), {"phases": phases, "cases": cases}, {"memory": figure(found)}
-    )
+    text = f"{words}\n\n{table(phases)}\n\n"
+    text += f"Something goes wrong in the turn, or the object is taken out; {len(wrong)} recordings:\n\n"
+    data = {"phases": phases, "cases": cases}
+    save("memory", text + table(cases), data, {"memory": figure(found)})
 
 
-def of_recording(path: Path) -> Errors:
-    """All figures of one recording."""
+def by_phase(path: Path) -> Errors:
+    """A recording's figures before and after the turn."""
     replay = load(path)
     found: Errors = {}
     for method, config in METHODS.items():
-        errors = errors_mm(
-            replay.adds, replayed(estimator(replay, config), replay.frames), replay.truths
-        )
+        estimates = replayed(estimator(replay, config), replay.frames)
+        errors = errors_mm(replay.adds, estimates, replay.truths)
         for phase in (BEFORE, AFTER):
             found |= _figures(replay, phase, method, errors[replay.phases == phase])
+    return found
+
+
+def by_case(path: Path) -> Errors:
+    """A recording's figures where something goes wrong."""
+    replay = load(path)
+    found: Errors = {}
     for case, disturb in CASES.items():
         disturbed = disturb(replay)
+        judged = np.flatnonzero(disturbed.judged)
+        truths = [disturbed.truths[n] for n in judged]
         for method, config in METHODS.items():
-            estimates = replayed(estimator(replay, config), disturbed.frames)
-            chosen = np.flatnonzero(disturbed.judged)
-            errors = errors_mm(
-                replay.adds, [estimates[n] for n in chosen], [disturbed.truths[n] for n in chosen]
-            )
+            last = judged[-1] + 1
+            estimates = replayed(estimator(replay, config), disturbed.frames[:last])
+            errors = errors_mm(replay.adds, [estimates[n] for n in judged], truths)
             found |= _figures(replay, case, method, errors)
     return found
 
