@@ -101,6 +101,21 @@ def faults(
 
 
 @app.command()
+def events(
+    objects: Annotated[
+        str | None, typer.Option(help="Names separated by commas; else the built-in datasets' 17.")
+    ] = None,
+    seed: Annotated[int, typer.Option(min=0, help="The same seed gives the same grasps.")] = 5000,
+) -> None:
+    """Whether grasps, slips and drops are noticed, how soon, and how often where there are none."""
+    from sim.objects import BUILT_IN
+
+    from .events import run
+
+    run(objects.split(",") if objects else BUILT_IN, seed)
+
+
+@app.command()
 def calibration(
     recordings: Annotated[
         Path, typer.Argument(help="Folder of simulated recordings with truth.", exists=True)

@@ -82,9 +82,14 @@ def generate(
             help="Number of the robot, whose calibration error all sequences then have, whatever their seed.",
         ),
     ] = None,
+    event: Annotated[
+        str | None,
+        typer.Option(help="After the turn the object is pushed (slip), or the hand opens (drop)."),
+    ] = None,
 ) -> None:
     """Make recordings of grasps. Interrupted, it goes on where it stopped when called again."""
     from .datasets import generate as make
+    from .events import EVENTS
     from .objects import object_names
     from .progress import show_progress
     from .record import TRACKERS
@@ -98,6 +103,8 @@ def generate(
     scales = _numbers(noise, "--noise")
     _check_choice(dataset, DATASETS, "--dataset")
     _check_choice(tracker, TRACKERS, "--tracker")
+    if event is not None:
+        _check_choice(event, EVENTS, "--event")
     names = object_names(objects.split(",") if objects else None, ycb)
     settings = Settings(
         dataset=dataset,
@@ -108,6 +115,7 @@ def generate(
         images=images,
         calibration_error=calibration_error,
         robot=robot,
+        event=event,
     )
     try:
         with show_progress() as progress:

@@ -45,13 +45,16 @@ class Sequence:
     rejections: tuple[str, ...]
 
 
-def sample_sequence(world: World, dataset: str, rng: np.random.Generator) -> Sequence:
+def sample_sequence(
+    world: World, dataset: str, rng: np.random.Generator, event: str | None = None
+) -> Sequence:
     """The first accepted sequence of a random stream.
 
     Args:
         world: Hand and object.
         dataset: "vary" or "occ".
         rng: The only source of randomness: the same state gives the same bytes.
+        event: What happens to the grasp once it holds, one of ``events.EVENTS``; None: nothing.
 
     Raises:
         NotGraspable: None of ``TRIES`` samples was accepted.
@@ -62,7 +65,7 @@ def sample_sequence(world: World, dataset: str, rng: np.random.Generator) -> Seq
     rejections: list[str] = []
     for _ in range(TRIES):
         try:
-            return Sequence(simulate(world, start_pose()), tuple(rejections))
+            return Sequence(simulate(world, start_pose(), event), tuple(rejections))
         except Rejected as reason:
             rejections.append(str(reason))
     counts = ", ".join(f"{n} x {reason}" for reason, n in Counter(rejections).most_common())

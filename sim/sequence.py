@@ -27,7 +27,7 @@ from .power_grasp import power_grasp
 from .record import Take, record
 from .sampling import Sequence as Sample
 from .sampling import sample_sequence
-from .simulate import Trajectory
+from .simulate import Trajectory, event_instant
 from .world import World
 
 
@@ -44,6 +44,7 @@ class Settings:
         images: Whether the images, depth and colour, are stored too.
         calibration_error: Whether camera, joints and edges have the errors of a real setup.
         robot: Number of the robot whose camera and joint errors all sequences have; None: each has its own.
+        event: What happens to the grasp once it holds, "slip" or "drop"; None: nothing.
     """
 
     dataset: str
@@ -54,6 +55,7 @@ class Settings:
     images: bool = False
     calibration_error: bool = False
     robot: int | None = None
+    event: str | None = None
 
 
 @dataclass(frozen=True)
@@ -140,7 +142,8 @@ def prepare(settings: Settings, object_name: str) -> None:
 def _sample(settings: Settings, name: SequenceName) -> tuple[World, Sample]:
     world = _world(settings.hand, name.object, settings.ycb)
     grasp_seed, *_ = _seeds(settings, name)
-    return world, sample_sequence(world, settings.dataset, np.random.default_rng(grasp_seed))
+    rng = np.random.default_rng(grasp_seed)
+    return world, sample_sequence(world, settings.dataset, rng, settings.event)
 
 
 @lru_cache(maxsize=1)  # grasps of one object follow each other
@@ -173,5 +176,15 @@ def _metadata(
         "visual_covariance": "tracker",
         "calibration_error": "yes" if settings.calibration_error or robot else "no",
         **robot,
+        **_event_metadata(settings, world, sample),
         "rejected": json.dumps(Counter(sample.rejections), sort_keys=True),
     }
+
+
+def _event_metadata(settings: Settings, world: World, sample: Sample) -> dict[str, str]:
+    """What happens in the sequence, and when it truly does [s]."""
+    if settings.event is None:
+        return {}
+    time = event_instant(world, sample.trajectory, settings.event)
+    assert time is not None  # else the sample was rejected
+    return {"event": settings.event, "event_time": f"{time:g}"}

@@ -10,6 +10,7 @@ import numpy as np
 from vtgtsam.grasp import GraspController
 
 from . import constants as c
+from .events import BEGIN, LONGER, Happening, happening, instant
 from .world import World
 
 
@@ -50,25 +51,46 @@ class Trajectory:
     frame_T_wo: np.ndarray
 
 
-def simulate(world: World, T_wo: np.ndarray) -> Trajectory:
+def simulate(world: World, T_wo: np.ndarray, event: str | None = None) -> Trajectory:
     """Simulate one sequence from a start pose of the object, shape (4, 4).
 
+    Args:
+        world: Hand and object.
+        T_wo: Where the object starts, shape (4, 4).
+        event: What happens to the grasp once it holds, one of ``events.EVENTS``.
+
     Raises:
-        Rejected: The object starts inside the hand, does not rest on it, or is not grasped.
+        Rejected: The object starts inside the hand, does not rest on it, or is not grasped; or the event does not
+            happen.
     """
     world.place(T_wo)
     if world.overlap_with_hand() > 0.0:
         raise Rejected("overlaps the hand at the start")
-    course = _Course(world)
+    course = _Course(world, None if event is None else happening(event, world))
     course.run(-c.REST, 0.0)
     _check_rest(world)
     course.run(0.0, c.TURN_START)
     _check_grasp(world)
     T_ho = np.linalg.solve(world.T_wh(), world.T_wo())
-    course.run(c.TURN_START, c.DURATION)
-    course.record(steps_since(c.DURATION))
+    held_until = c.DURATION if event is None else BEGIN
+    course.run(c.TURN_START, held_until)
+    if event is None:
+        course.record(steps_since(c.DURATION))
     _check_hold(world, T_ho)
-    return course.trajectory()
+    if event is None:
+        return course.trajectory()
+    course.run(held_until, c.DURATION + LONGER)
+    course.record(steps_since(c.DURATION + LONGER))
+    trajectory = course.trajectory()
+    if event_instant(world, trajectory, event) is None:
+        raise Rejected(f"no {event} where there should be one")
+    return trajectory
+
+
+def event_instant(world: World, trajectory: Trajectory, event: str) -> float | None:
+    """When an event truly happened [s], or None."""
+    t = trajectory
+    return instant(event, t.time, t.T_wh, t.T_wo, t.contacts, world.obj.center)
 
 
 def steps_since(time: float) -> int:
@@ -85,8 +107,9 @@ def wrist_angle(time: float) -> float:
 class _Course:
     """Steps a world through a sequence and writes down what happens."""
 
-    def __init__(self, world: World) -> None:
+    def __init__(self, world: World, event: Happening | None = None) -> None:
         self._world = world
+        self._event = event
         self._controller = GraspController(world.description, world.hand.joint_names, world.limits)
         self._samples: list[tuple[np.ndarray, ...]] = []
         self._frames: list[tuple[np.ndarray, ...]] = []
@@ -95,6 +118,8 @@ class _Course:
         """From one instant up to, and without, another [s]."""
         for step in range(steps_since(start), steps_since(end)):
             self.record(step)
+            if self._event is not None:
+                self._event.act(step * c.TIME_STEP)
             self._world.step()
         self._world.refresh()
 
@@ -114,7 +139,10 @@ class _Course:
         if sample:
             period = c.STEPS_PER_SAMPLE * c.TIME_STEP
             command = self._controller.step(time, period, world.joints())
-            world.command(command, wrist_angle(time))
+            wrist = wrist_angle(time)
+            if self._event is not None:
+                command, wrist = self._event.command(time, command, wrist)
+            world.command(command, wrist)
 
     def trajectory(self) -> Trajectory:
         columns = [*zip(*self._samples, strict=True), *zip(*self._frames, strict=True)]

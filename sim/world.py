@@ -65,6 +65,7 @@ class World:
         self._pad_of_geom = np.full(model.ngeom, -1)
         for k, name in enumerate(self.hand.pad_names):
             self._pad_of_geom[model.geom(pad_geom(name)).id] = k
+        self._object_body = model.body(OBJECT).id
         self._object_geoms = model.geom_bodyid == model.body(OBJECT).id
 
     def place(self, T_wo: np.ndarray) -> None:
@@ -81,6 +82,10 @@ class World:
         """Set the servos' goals: joint angles (J,) and the wrist's backward angle [rad]."""
         self.data.ctrl[self._servos] = joints[self._servo_joints]
         self.data.ctrl[self._wrist_servo] = wrist
+
+    def push(self, force_w: np.ndarray) -> None:
+        """Pull at the object's centre of mass with a force [N], shape (3,), from now on."""
+        self.data.xfrc_applied[self._object_body, :3] = force_w
 
     def step(self) -> None:
         """Simulate one time step (1 ms)."""

@@ -87,6 +87,8 @@ def _metrics(about: dict[str, str], noise: float, rng: np.random.Generator) -> p
             "add_m": 2 * adds,
             "translation_m": 3 * adds,
             "rotation_rad": 4 * adds,
+            "nees": adds / adds.mean(),
+            "nees_dof": 6,
             "status": "ok",
             "phase": _PHASES,
         }

@@ -14,6 +14,7 @@ from ..estimate import Estimate
 from ..metrics import Adds, add_each, relative_poses, rotation_errors, translation_errors
 from ..objects import ObjectModel
 from ..recording import Recording
+from .consistency import nees
 
 SCHEMA = pa.schema(
     [
@@ -27,6 +28,11 @@ SCHEMA = pa.schema(
         ("add_m", pa.float64()),
         ("translation_m", pa.float64()),  # at the object's centre
         ("rotation_rad", pa.float64()),  # smallest over the object's symmetries
+        (
+            "nees",
+            pa.float64(),
+        ),  # per degree of freedom, modulo symmetries; null where no direction is finite
+        ("nees_dof", pa.int8()),
         ("status", pa.string()),
         ("phase", pa.string()),  # "before", "turning" or "after" the turn of the hand
     ]
@@ -67,6 +73,7 @@ def errors_table(
         "time": times[of_frame],
         "time_rel": times[of_frame] - times[0],
         **_errors(obj, [estimate.T_wo for _, _, estimate, _ in rows], [T for _, _, _, T in rows]),
+        **_consistency(obj, [estimate for _, _, estimate, _ in rows], [T for _, _, _, T in rows]),
         "status": [estimate.status for _, _, estimate, _ in rows],
         "phase": [phases[n] for n in of_frame],
     }
@@ -96,3 +103,21 @@ def _errors(
         column[there] = values
         columns[name] = pa.array(column, mask=~there)
     return columns
+
+
+def _consistency(
+    obj: ObjectModel, estimates: Sequence[Estimate], T_true: Sequence[gtsam.Pose3]
+) -> dict[str, pa.Array]:
+    """Columns of errors in units of their covariances, null where there is no estimate or no covariance."""
+    poses = {n: e.T_wo for n, e in enumerate(estimates) if e.T_wo is not None}
+    there = list(poses)
+    values, dof = nees(
+        list(poses.values()),
+        np.array([estimates[n].covariance for n in there]).reshape(-1, 6, 6),
+        [T_true[n] for n in there],
+        obj.symmetry,
+    )
+    column, degrees = np.full(len(estimates), np.nan), np.zeros(len(estimates), dtype=np.int8)
+    column[there], degrees[there] = values, dof
+    known = np.isfinite(column)
+    return {"nees": pa.array(column, mask=~known), "nees_dof": pa.array(degrees)}

@@ -58,7 +58,16 @@ def tables_text(tables: Tables) -> str:
         for name, value in values.items():
             tests = tests[tests[name] == value]
         blocks.append(
-            "\n".join([_title(values, summary), "", *_table(summary, brief), "", *_tests(tests)])
+            "\n".join(
+                [
+                    _title(values, summary),
+                    "",
+                    *_table(summary, brief),
+                    "",
+                    *_coverage(summary),
+                    *_tests(tests),
+                ]
+            )
         )
     blocks.append(_LEGEND if blocks else "no ADD-S to show")
     if brief:
@@ -112,6 +121,19 @@ def _cell(rows: pd.DataFrame, column: _Column) -> str:
     if column.value == "frames_not_held":
         return f"{value} ({100 * value / found['frames'].iloc[0]:.0f} %)" if value else "0"
     return _mm(value)
+
+
+def _coverage(summary: pd.DataFrame) -> Iterator[str]:
+    """How often each method's covariance holds the truth."""
+    rows = summary[(summary["object"] == ALL) & summary["share_in_95"].notna()]
+    after = (rows["phase"] == AFTER).any()
+    rows = rows[rows["phase"] == (AFTER if after else ALL)]
+    if len(rows):
+        shares = [
+            f"{row['method']} {100 * row['share_in_95']:.0f} %" for row in rows.to_dict("records")
+        ]
+        when = " after the turn" if after else ""
+        yield f"Frames whose 95 % region holds the truth{when}: {', '.join(shares)}."
 
 
 def _mm(value: float) -> str:

@@ -13,11 +13,13 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from .consistency import LEVELS, covered
 from .phases import AFTER, BEFORE
 
 ALL = "all"
 PHASES = (ALL, BEFORE, AFTER)
 
+IN_REGION = {level: f"frames_in_{level:.0%}".rstrip("%") for level in LEVELS}
 AUC_LIMIT = 0.1  # [m], as PoseCNN (Xiang et al., RSS 2018, section V-B) and YCB-V count
 
 NOT_HELD = (
@@ -74,6 +76,23 @@ def _statistics(frames: pd.DataFrame) -> dict[str, Any]:
         "add_median_m": quantile(with_failures(frames["add_m"]), 0.5),
         "translation_median_m": quantile(with_failures(frames["translation_m"]), 0.5),
         "rotation_median_rad": quantile(with_failures(frames["rotation_rad"]), 0.5),
+        **_consistency(frames),
+    }
+
+
+def _consistency(frames: pd.DataFrame) -> dict[str, Any]:
+    """How many frames have a covariance, the mean NEES of them, and how many each region holds.
+
+    Results from before it was stored have none.
+    """
+    if "nees" not in frames:
+        return {"frames_with_covariance": 0, "nees": np.nan} | dict.fromkeys(IN_REGION.values(), 0)
+    known = frames[frames["nees"].notna()]
+    values, dof = known["nees"].to_numpy(dtype=float), known["nees_dof"].to_numpy(dtype=int)
+    return {
+        "frames_with_covariance": len(known),
+        "nees": float(values.mean()) if len(known) else np.nan,
+        **{name: int(covered(values, dof, level).sum()) for level, name in IN_REGION.items()},
     }
 
 

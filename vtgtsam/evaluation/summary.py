@@ -10,7 +10,7 @@ import pandas as pd
 
 from .bootstrap import median_interval
 from .collect import CONDITION
-from .statistics import ALL, PHASES, quantile
+from .statistics import ALL, IN_REGION, PHASES, quantile
 from .steps import STEP
 from .units import samples
 
@@ -35,6 +35,8 @@ COLUMNS = (
     "add_median_mm",
     "translation_median_mm",
     "rotation_median_deg",
+    "nees",
+    *(f"share_{name.removeprefix('frames_')}" for name in IN_REGION.values()),
 )
 
 TIME_COLUMNS = (
@@ -127,7 +129,21 @@ def _summary(group: pd.DataFrame, pooled: bool) -> dict[str, Any]:
         "add_median_mm": 1e3 * median("add_median_m"),
         "translation_median_mm": 1e3 * median("translation_median_m"),
         "rotation_median_deg": float(np.degrees(median("rotation_median_rad"))),
+        **_consistency(group),
     }
+
+
+def _consistency(group: pd.DataFrame) -> dict[str, float]:
+    """Median over the sequences of their NEES, and shares of frames in each region; NaN where there is none."""
+    known = group.dropna(subset="nees")
+    frames = int(known["frames_with_covariance"].sum())
+    shares = {
+        f"share_{name.removeprefix('frames_')}": int(known[name].sum()) / frames
+        if frames
+        else np.nan
+        for name in IN_REGION.values()
+    }
+    return {"nees": quantile(known["nees"].to_numpy(), 0.5) if frames else np.nan, **shares}
 
 
 def _in_order(

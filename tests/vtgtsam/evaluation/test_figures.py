@@ -22,7 +22,16 @@ from vtgtsam.evaluation.figures.worst import worst_figure, worst_sequences
 from vtgtsam.evaluation.groups import groups
 from vtgtsam.evaluation.tables import make_tables
 
-KINDS = ("methods", "time", "objects", "noise_before", "noise_after", "objects_time", "contacts")
+KINDS = (
+    "coverage",
+    "methods",
+    "time",
+    "objects",
+    "noise_before",
+    "noise_after",
+    "objects_time",
+    "contacts",
+)
 
 
 def pixels(path):
@@ -172,11 +181,13 @@ def test_a_single_sequence_is_shown_frame_by_frame(tmp_path):
     out = write_results(tmp_path, objects=["can"], runs=1)
     make_figures(out, make_tables(out))
     names = {path.stem for path in (out / "figures").iterdir()}
-    assert names == {f"vary_depth_{kind}" for kind in ("methods", "time", "worst_1")}
+    assert names == {f"vary_depth_{kind}" for kind in ("coverage", "methods", "time", "worst_1")}
 
 
 def test_without_stored_estimates_there_are_no_contacts_but_all_else(tmp_path):
     out = write_results(tmp_path, objects=["can"], estimates=False)
     make_figures(out, make_tables(out))
     names = {path.stem for path in (out / "figures").iterdir()}
-    assert names == {f"vary_depth_{kind}" for kind in ("methods", "time", "worst_1", "worst_2")}
+    assert names == {
+        f"vary_depth_{kind}" for kind in ("coverage", "methods", "time", "worst_1", "worst_2")
+    }

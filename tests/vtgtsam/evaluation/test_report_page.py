@@ -59,7 +59,7 @@ def test_links_lead_to_sections(elements):
     ids = [attributes["id"] for _, attributes in elements.found if "id" in attributes]
     assert len(ids) == len(set(ids))
     links = [a["href"][1:] for tag, a in elements.found if tag == "a"]
-    assert len(links) == 8
+    assert len(links) == 9
     assert set(links) <= set(ids)
 
 

@@ -16,6 +16,7 @@ from .. import folder, store
 from ..groups import Group, groups
 from ..tables import Tables
 from .contacts import contacts_figure
+from .coverage import coverage_figure
 from .drawing import Drawing, Picture, save
 from .methods import methods_figure
 from .noise import noise_figure, noise_phases
@@ -64,9 +65,9 @@ def _overview(group: Group, out: Path) -> Iterator[Drawing]:
         yield noise_figure(group, phase)
     if several:
         yield panels_figure(group)
-    contacts = contacts_figure(group, out)
-    if contacts is not None:
-        yield contacts
+    for drawing in (coverage_figure(group), contacts_figure(group, out)):
+        if drawing is not None:
+            yield drawing
 
 
 def _worst(group: Group, out: Path) -> Iterator[Drawing]:

@@ -11,7 +11,7 @@ import pandas as pd
 from ..collect import CONDITION
 from ..groups import phase_name, phase_words
 from ..phases import AFTER
-from ..statistics import ALL
+from ..statistics import ALL, IN_REGION
 from ..tables import Tables
 from .cells import Cell, Head, Table, count, interval, percent, probability, value, word
 
@@ -26,6 +26,7 @@ def page_tables(tables: Tables) -> list[Table]:
     found = [
         _methods(tables),
         _objects(tables),
+        _consistency(tables),
         _tests(tables.tests, "tests", "Paired tests", "all comparisons of one condition"),
         _tests(
             tables.tests_noise,
@@ -127,6 +128,32 @@ def _objects(tables: Tables) -> Table:
             + _condition_cells(row, names)
             + _error_cells(row)
             for row in rows.head(MOST).to_dict("records")
+        ],
+    )
+
+
+def _consistency(tables: Tables) -> Table:
+    names = _conditions(tables)
+    rows = _told_apart(tables.summary[tables.summary["object"] == ALL])
+    rows = rows[rows["nees"].notna()]
+    shares = {level: f"share_{name.removeprefix('frames_')}" for level, name in IN_REGION.items()}
+    return Table(
+        "consistency",
+        "Uncertainty",
+        "Whether poses are as uncertain as their covariances say; symmetries of the object count. NEES: squared "
+        "error in units of the covariance, per degree of freedom; 1 is right, more promises too much, less too little.",
+        [Head("method", numeric=False), Head("phase", numeric=False)]
+        + [_CONDITION_HEADS[name] for name in names]
+        + [Head("NEES", "median over the sequences of the mean over their frames")]
+        + [
+            Head(f"in {level:.0%} region [%]", "frames whose region holds the truth")
+            for level in shares
+        ],
+        [
+            [word(row["method"]), word(phase_name(row["phase"]))]
+            + _condition_cells(row, names)
+            + [value(row["nees"]), *(percent(row[share]) for share in shares.values())]
+            for row in rows.to_dict("records")
         ],
     )
 
