@@ -16,9 +16,8 @@ import numpy as np
 from joblib import Parallel, delayed
 
 from vtgtsam import Estimate, EstimatorConfig, Measurement, PoseEstimator
-from vtgtsam.evaluation.find import find_recordings
 
-from .replay import MEMORY, VIS, Replay, copied, errors_mm, estimator, load
+from .replay import MEMORY, VIS, Replay, below, copied, errors_mm, estimator, load
 from .replay import run as replayed
 from .report import save, table
 from .sensor_faults import BEGIN, FAULTS, SensorFault, blind, first_frame, names, wrong_object
@@ -35,11 +34,11 @@ def run(folders: Sequence[Path], clean: Sequence[Path], jobs: int) -> None:
         clean: Further recordings, in which nothing should be named.
         jobs: Processes to use.
     """
-    paths = list(find_recordings(list(folders)).values())
+    paths = below(folders)
     spoiled = Parallel(jobs)(delayed(of_recording)(path) for path in paths)
     found = [result for results in spoiled for result in results]
     rows = [_row(name, [r for r in found if r["fault"] == name]) for name in FAULTS]
-    every = list(find_recordings([*folders, *clean]).values())
+    every = below([*folders, *clean])
     alarms = Parallel(jobs)(delayed(false_alarms)(path) for path in every)
     shown = _alarms(every, alarms)
     text = (

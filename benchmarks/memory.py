@@ -14,13 +14,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from joblib import Parallel, delayed
 
-from vtgtsam.evaluation.find import find_recordings
+from vtgtsam import Estimate, EstimatorConfig
+from vtgtsam.evaluation.consistency import covered, nees
 from vtgtsam.evaluation.phases import AFTER, BEFORE
 
 from .disturbances import CASES
-from .replay import FRAME_ALONE, MEMORY, VIS, Replay, errors_mm, estimator, load
+from .replay import FRAME_ALONE, MEMORY, VIS, Replay, below, errors_mm, estimator, load
 from .replay import run as replayed
 from .report import save, table
+from .symmetries import symmetry_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -28,8 +30,13 @@ if TYPE_CHECKING:
 METHODS = {config.method: config for config in (VIS, FRAME_ALONE, MEMORY)}
 LARGE_MM = 5.0
 
+# Of a robot that is known to be perfectly calibrated.
+EXACT = EstimatorConfig.tuned(joint_sigma=0.0, camera_sigma=(0.0, 0.0))
+
 # Condition, case or phase, and method, with the median [mm] and the share of large errors of a recording.
 Errors = dict[tuple[str, str, str], tuple[float, float]]
+# Condition, phase and what the settings expect, with the mean NEES and the share inside the 95 % region.
+Consistency = dict[tuple[str, str, str], tuple[float, float]]
 
 
 def run(folders: Sequence[Path], disturbed: Sequence[Path], jobs: int) -> None:
@@ -40,31 +47,78 @@ def run(folders: Sequence[Path], disturbed: Sequence[Path], jobs: int) -> None:
         disturbed: Those in which something goes wrong.
         jobs: Processes to use.
     """
-    paths = list(find_recordings(list(folders)).values())
-    found = Parallel(jobs)(delayed(by_phase)(path) for path in paths)
-    wrong_paths = list(find_recordings(list(disturbed)).values())
+    paths = below(folders)
+    of_phase = Parallel(jobs)(delayed(by_phase)(path) for path in paths)
+    found, consistent = [errors for errors, _ in of_phase], [c for _, c in of_phase]
+    wrong_paths = below(disturbed)
     wrong = Parallel(jobs)(delayed(by_case)(path) for path in wrong_paths)
     phases, cases = rows(found, (BEFORE, AFTER)), rows(wrong, list(CASES))
     words = (
         f"{len(paths)} recordings. Medians of frames [mm], and of the recordings the median, the 90th percentile "
         f"and the largest; frames above {LARGE_MM:g} mm over all of them."
     )
-    text = f"{words}\n\n{table(phases)}\n\n"
+    covers = consistency_rows(consistent)
+    text = f"{words}\n\n{table(phases)}\n\nNEES a degree of freedom, and frames inside 95 % regions, modulo symmetry, "
+    text += f"of {MEMORY.method}:\n\n{table(covers)}\n\n"
     text += f"Something goes wrong in the turn, or the object is taken out; {len(wrong)} recordings:\n\n"
-    data = {"phases": phases, "cases": cases}
+    data = {"phases": phases, "cases": cases, "consistency": covers}
     save("memory", text + table(cases), data, {"memory": figure(found)})
 
 
-def by_phase(path: Path) -> Errors:
+def by_phase(path: Path) -> tuple[Errors, Consistency]:
     """A recording's figures before and after the turn."""
     replay = load(path)
     found: Errors = {}
+    consistent: Consistency = {}
     for method, config in METHODS.items():
         estimates = replayed(estimator(replay, config), replay.frames)
         errors = errors_mm(replay.adds, estimates, replay.truths)
         for phase in (BEFORE, AFTER):
             found |= _figures(replay, phase, method, errors[replay.phases == phase])
+        if config.memory:
+            consistent |= _consistency(replay, "recommended settings", estimates)
+    if "calibration error" not in replay.condition:
+        estimates = replayed(estimator(replay, EXACT), replay.frames)
+        consistent |= _consistency(replay, "a perfect robot", estimates)
+    return found, consistent
+
+
+def _consistency(replay: Replay, expected: str, estimates: Sequence[Estimate]) -> Consistency:
+    there = [n for n, estimate in enumerate(estimates) if estimate.T_wo is not None]
+    values, dof = nees(
+        [estimates[n].T_wo for n in there],
+        np.array([estimates[n].covariance for n in there]),
+        [replay.truths[n] for n in there],
+        symmetry_of(replay.recording.object),
+    )
+    inside, phases, found = covered(values, dof, 0.95), replay.phases[there], {}
+    for phase in (BEFORE, AFTER):
+        chosen = (phases == phase) & np.isfinite(values)
+        if chosen.any():
+            key = replay.condition, phase, expected
+            found[key] = float(values[chosen].mean()), float(inside[chosen].mean())
     return found
+
+
+def consistency_rows(found: Sequence[Consistency]) -> list[dict[str, Any]]:
+    """A row a condition, phase and what the settings expect."""
+    keys = sorted({key for of_recording in found for key in of_recording})
+    made = []
+    for condition, phase, expected in keys:
+        key = condition, phase, expected
+        values, inside = np.array([f[key] for f in found if key in f]).T
+        made.append(
+            {
+                "condition": condition,
+                "when": phase,
+                "settings": expected,
+                "recordings": len(values),
+                "NEES, median": float(np.median(values)),
+                "NEES, 90 %": float(np.quantile(values, 0.9)),
+                "inside 95 % [%]": 1e2 * float(inside.mean()),
+            }
+        )
+    return made
 
 
 def by_case(path: Path) -> Errors:

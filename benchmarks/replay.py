@@ -12,6 +12,7 @@ import gtsam
 import numpy as np
 
 from vtgtsam import Estimate, EstimatorConfig, Measurement, PoseEstimator, read_recording
+from vtgtsam.evaluation.find import find_recordings
 from vtgtsam.evaluation.phases import turn_phases
 from vtgtsam.metrics import Adds
 from vtgtsam.recording import Recording
@@ -51,6 +52,11 @@ class Replay(NamedTuple):
         error = ", calibration error" if info.get("calibration_error") == "yes" else ""
         tracker = "" if info.get("tracker") == "depth" else f", {info.get('tracker')}"
         return f"noise {info.get('noise_scale')}{error}{tracker}"
+
+
+def below(folders: Sequence[Path]) -> list[Path]:
+    """The recordings in each of some folders; different ones may have recordings of the same name."""
+    return [path for folder in folders for path in find_recordings([folder]).values()]
 
 
 def load(path: Path) -> Replay:
