@@ -18,7 +18,7 @@ from typing import Any
 import pyarrow as pa
 
 from ..atomic import write_text
-from .parquet import DamagedError, damaged, read_table, write_table
+from .parquet import DamagedError, damaged, read_about, read_table, write_table
 
 logger = logging.getLogger(__name__)
 
@@ -76,7 +76,8 @@ def done(out: Path, sequence: str, key: str) -> dict[str, Any] | None:
         except DamagedError as error:
             logger.warning("%s", error)
             return None
-    return dict(sealed["about"])
+    about = read_about(metrics_path(out, sequence))  # which the digest covers
+    return about if about is not None and about.get("key") == key else None
 
 
 def read_part(path: Path, columns: list[str] | None = None) -> tuple[pa.Table, dict[str, Any]]:

@@ -11,6 +11,7 @@ import pandas as pd
 from ..atomic import write_text
 from ..exceptions import VtgtsamError
 from ..input.door import reading
+from ..input.plain import plain
 from . import folder, store
 from .collect import CONDITION, Collected, collect
 from .significance import noise_tests, paired_tests, time_tests
@@ -56,9 +57,21 @@ def make_tables(out: Path) -> Tables:
     """
     check_finished(out)
     with reading(f"what is stored in {out}", VtgtsamError):
-        sequences = _read_sequences(out)
-        collected = collect(out, sequences)
-    tables = Tables(
+        tables = _tables(out)
+    folder.claim(out, set(store.TABLES) - {store.METRICS, store.SEQUENCES})
+    write_csv(out / store.PER_SEQUENCE, per_sequence(tables.collected.phases))
+    write_csv(out / store.SUMMARY, tables.summary)
+    write_csv(out / store.OVER_TIME, tables.over_time)
+    write_csv(out / store.TESTS, tables.tests)
+    write_csv(out / store.TESTS_TIME, tables.tests_time)
+    write_csv(out / store.TESTS_NOISE, tables.tests_noise)
+    return tables
+
+
+def _tables(out: Path) -> Tables:
+    sequences = _read_sequences(out)
+    collected = collect(out, sequences)
+    return Tables(
         collected,
         summarise(collected.phases),
         over_time(collected.steps),
@@ -67,14 +80,6 @@ def make_tables(out: Path) -> Tables:
         noise_tests(collected.phases),
         sequences,
     )
-    folder.claim(out, set(store.TABLES) - {store.METRICS, store.SEQUENCES})
-    write_csv(out / store.PER_SEQUENCE, per_sequence(collected.phases))
-    write_csv(out / store.SUMMARY, tables.summary)
-    write_csv(out / store.OVER_TIME, tables.over_time)
-    write_csv(out / store.TESTS, tables.tests)
-    write_csv(out / store.TESTS_TIME, tables.tests_time)
-    write_csv(out / store.TESTS_NOISE, tables.tests_noise)
-    return tables
 
 
 def per_sequence(statistics: pd.DataFrame) -> pd.DataFrame:
@@ -114,6 +119,12 @@ def _read_sequences(out: Path) -> pd.DataFrame:
     if missing:
         raise VtgtsamError(
             f"{out / store.SEQUENCES} lacks the columns {', '.join(sorted(missing))}; "
+            "`vtgtsam evaluate` with the same recordings makes it again from what is stored"
+        )
+    doubles = sorted(set(table["sequence"][table["sequence"].duplicated()]))
+    if doubles:
+        raise VtgtsamError(
+            f"{out / store.SEQUENCES} lists {plain(', '.join(doubles))} more than once; "
             "`vtgtsam evaluate` with the same recordings makes it again from what is stored"
         )
     return table
