@@ -62,6 +62,12 @@ def generate(
             "with +back: is handed the fused pose where it has lost itself."
         ),
     ] = "depth",
+    camera: Annotated[
+        str,
+        typer.Option(
+            help="paper: exact depth and the paper's noise; stereo: two infrared images, matched."
+        ),
+    ] = "paper",
     hand: Annotated[
         str, typer.Option(help="Grasp description: isyhand, fourfinger or a YAML file.")
     ] = "isyhand",
@@ -73,6 +79,13 @@ def generate(
         typer.Option(
             "--calibration-error",
             help="Camera 2 mm and 1 degree off, joints 1 degree, depth failing at edges.",
+        ),
+    ] = False,
+    registration_error: Annotated[
+        bool,
+        typer.Option(
+            "--registration-error",
+            help="The tracker starts 5 mm and 5 degrees beside the true pose.",
         ),
     ] = False,
     robot: Annotated[
@@ -94,7 +107,7 @@ def generate(
     from .progress import show_progress
     from .record import TRACKERS
     from .sampling import DATASETS
-    from .sequence import Settings
+    from .sequence import CAMERA_NAMES, Settings
 
     if images:
         from .graphics import check_graphics
@@ -105,6 +118,11 @@ def generate(
     _check_choice(tracker, TRACKERS, "--tracker")
     if event is not None:
         _check_choice(event, EVENTS, "--event")
+    _check_choice(camera, CAMERA_NAMES, "--camera")
+    if camera == "stereo":
+        from .stereo import check_opencv
+
+        check_opencv()
     names = object_names(objects.split(",") if objects else None, ycb)
     settings = Settings(
         dataset=dataset,
@@ -116,6 +134,8 @@ def generate(
         calibration_error=calibration_error,
         robot=robot,
         event=event,
+        camera=camera,
+        registration_error=registration_error,
     )
     try:
         with show_progress() as progress:

@@ -50,8 +50,8 @@ class CalibrationError:
     @classmethod
     def drawn(cls, joint_count: int, rng: np.random.Generator) -> CalibrationError:
         """Camera off by 2 mm and 1 degree in a random direction, each joint's zero by about 1 degree."""
-        rotation = gtsam.Rot3.Expmap(CAMERA_ROTATION * _direction(rng))
-        T_error = gtsam.Pose3(rotation, CAMERA_TRANSLATION * _direction(rng))
+        rotation = gtsam.Rot3.Expmap(CAMERA_ROTATION * random_direction(rng))
+        T_error = gtsam.Pose3(rotation, CAMERA_TRANSLATION * random_direction(rng))
         return cls(T_error, rng.normal(0.0, JOINT_ZERO, joint_count), imperfect=True)
 
     def spoil_depth(self, depth: np.ndarray, rng: np.random.Generator) -> np.ndarray:
@@ -71,6 +71,7 @@ def with_bad_edges(depth: np.ndarray, rng: np.random.Generator) -> np.ndarray:
     return np.where(edge & (chance > 1.0 - FLYING), between, spoiled)
 
 
-def _direction(rng: np.random.Generator) -> np.ndarray:
+def random_direction(rng: np.random.Generator) -> np.ndarray:
+    """A unit vector, shape (3,)."""
     vector = rng.standard_normal(3)
     return vector / np.linalg.norm(vector)

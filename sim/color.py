@@ -83,8 +83,14 @@ class ColorCamera:
 class ColorVideo:
     """The colour images of one trajectory, drawn once; noise is put on them as often as wanted."""
 
-    def __init__(self, world: World, trajectory: Trajectory, camera: CameraIntrinsics) -> None:
-        T_wc = camera_pose(world)
+    def __init__(
+        self,
+        world: World,
+        trajectory: Trajectory,
+        camera: CameraIntrinsics,
+        T_wc: gtsam.Pose3 | None = None,
+    ) -> None:
+        T_wc = camera_pose(world) if T_wc is None else T_wc
         replay = Replay(world.model, world.hand.joint_names)
         self._clean = []
         with ColorCamera(world.model, camera) as color_camera:

@@ -152,6 +152,7 @@ def _claim(folder: Path, settings: Settings, noise_scales: Sequence[float]) -> N
             _log.warning(
                 "%s was begun by another version of this code; what is there is kept", folder
             )
+        before = asdict(Settings(settings.dataset)) | before  # an older one lacks newer settings
         changed = [f"{k} {before.get(k)}, now {v}" for k, v in about.items() if before.get(k) != v]
         if changed:
             raise DatasetError(

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Protocol
 
 import gtsam
 import numpy as np
@@ -59,17 +60,40 @@ class Noise:
     seed: np.random.SeedSequence
 
 
-class DepthVideo:
-    """The depth images of one trajectory, ray cast once; noise is put on them as often as wanted.
+class Video(Protocol):
+    """The depth images of one trajectory.
 
     Attributes:
         camera: Intrinsics of the images.
         T_wc: The camera's true pose.
+        color_camera: Intrinsics of the colour camera that looks the same way.
+        T_dc: Its pose in the depth camera's frame.
+    """
+
+    camera: CameraIntrinsics
+    T_wc: gtsam.Pose3
+    color_camera: CameraIntrinsics
+    T_dc: gtsam.Pose3
+
+    def images(self, noise: Noise, error: CalibrationError) -> Iterator[np.ndarray]:
+        """The images as measured [m], shape (height, width), 0 where nothing was."""
+        ...
+
+    def aligned(self, depth: np.ndarray) -> np.ndarray:
+        """One of them as the colour camera would have it [m]."""
+        ...
+
+
+class DepthVideo:
+    """The paper's: exact depth in the colour camera's frame, and noise of each pixel's own.
+
+    The images are ray cast once; noise is put on them as often as wanted. Attributes as in ``Video``.
     """
 
     def __init__(self, world: World, trajectory: Trajectory) -> None:
         self.T_wc = camera_pose(world)
-        self.camera = window(world, self.T_wc)
+        self.camera = self.color_camera = window(world, self.T_wc)
+        self.T_dc = gtsam.Pose3()
         replay = Replay(world.model, world.hand.joint_names)
         depth_camera = DepthCamera(world.model, self.camera)
         self._clean = []
@@ -86,3 +110,7 @@ class DepthVideo:
         for clean in self._clean:
             image = error.spoil_depth(clean.astype(np.float64), rng)
             yield add_depth_noise(image, rng, noise.scale)
+
+    def aligned(self, depth: np.ndarray) -> np.ndarray:
+        """The image itself."""
+        return depth

@@ -21,7 +21,7 @@ from vtgtsam.vision.hand_back import BACK
 
 from .calibration import CalibrationError
 from .fused import FusedLoop
-from .observe import DepthVideo, Noise
+from .observe import Noise, Video
 from .simulate import Trajectory
 from .world import World
 
@@ -43,20 +43,28 @@ class Take:
         video: What the camera saw of it.
         noise: The camera's noise.
         error: What the setup believes wrongly.
+        registration: What the tracker's first pose is off, T_wo registered = T_wo T.
         color: What the camera saw in colour; where it is given, all images are recorded.
     """
 
     world: World
     trajectory: Trajectory
-    video: DepthVideo
+    video: Video
     noise: Noise
     error: CalibrationError
+    registration: gtsam.Pose3
     color: ColorVideo | None = None
 
     @property
     def T_wc(self) -> gtsam.Pose3:
         """Where the camera is believed to be."""
         return self.error.T_error * self.video.T_wc
+
+    @property
+    def T_wo_registered(self) -> gtsam.Pose3:
+        """The pose at which the tracker begins: the true one in the camera's frame, but for the registration."""
+        T_wo = gtsam.Pose3(self.trajectory.frame_T_wo[0])
+        return self.T_wc * self.video.T_wc.between(T_wo) * self.registration
 
     def measured_joints(self, joints: np.ndarray) -> np.ndarray:
         """Joint angles [rad] as the encoders show them."""
@@ -74,11 +82,20 @@ def record(take: Take, tracker: str, path: Path, metadata: dict[str, str]) -> No
     """
     events = heapq.merge(_samples(take), _frames(take, tracker), key=itemgetter(0))
     hand, mesh = take.world.hand, mesh_file(take.world.obj)
+    metadata = metadata | {"registered_pose": pose_text(take.T_wo_registered)}
     with RecordingWriter(path, metadata, hand_xml=hand.xml, mesh=mesh) as writer:
-        writer.camera_pose(0.0, take.T_wc)
-        writer.camera_info(0.0, take.video.camera)
+        writer.camera_pose(0.0, take.T_wc if take.color is None else take.T_wc * take.video.T_dc)
+        writer.camera_info(
+            0.0, take.video.camera if take.color is None else take.video.color_camera
+        )
         for _, write in events:
             write(writer)
+
+
+def pose_text(T_wo: gtsam.Pose3) -> str:
+    """A pose as in TUM files: x y z [m], qx qy qz qw."""
+    quat_xyzw = T_wo.rotation().toQuaternion().coeffs()
+    return " ".join(f"{number:.12g}" for number in [*T_wo.translation(), *quat_xyzw])
 
 
 def _samples(take: Take) -> Iterator[Event]:
@@ -98,15 +115,14 @@ def _samples(take: Take) -> Iterator[Event]:
 def _frames(take: Take, form: str) -> Iterator[Event]:
     """The tracker's poses, and the images, at the camera's rate.
 
-    The tracker is told the object's true pose in the camera's frame at the first frame, as by the paper's
+    The tracker is told the object's pose in the camera's frame at the first frame, as by the paper's
     registration, and nothing of the truth afterwards. A frame in which it has lost the object has no pose.
     One with "+back" is told the fused pose, too, where it has lost itself.
     """
     t, camera = take.trajectory, take.video.camera
     tracker = make_tracker(form.removesuffix(BACK), take.world.obj, camera, take.world.hand)
     fused = FusedLoop(take, tracker) if form.endswith(BACK) else None
-    T_co = take.video.T_wc.between(gtsam.Pose3(t.frame_T_wo[0]))
-    tracker.start(take.T_wc * T_co)
+    tracker.start(take.T_wo_registered)
     colors = itertools.repeat(None) if take.color is None else take.color.images(take.noise)
     depths = take.video.images(take.noise, take.error)
     for k, (image, color) in enumerate(zip(depths, colors, strict=False)):
@@ -127,7 +143,7 @@ def _frames(take: Take, form: str) -> Iterator[Event]:
             if T_wo is not None:
                 writer.object_pose(time, T_wo, covariance)
             if color is not None:
-                writer.depth(time, image)
+                writer.depth(time, take.video.aligned(image))
                 writer.color(time, color)
 
         yield time, write

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 
+import gtsam
 import numpy as np
 from threadpoolctl import threadpool_limits
 
@@ -22,13 +23,16 @@ from vtgtsam.recording.provenance import object_metadata
 from .calibration import CalibrationError
 from .hands import load_description
 from .objects import find_object
-from .observe import DepthVideo, Noise
+from .observe import DepthVideo, Noise, Video
 from .power_grasp import power_grasp
 from .record import Take, record
+from .registration import drawn_registration
 from .sampling import Sequence as Sample
 from .sampling import sample_sequence
 from .simulate import Trajectory, event_instant
 from .world import World
+
+CAMERA_NAMES = ("paper", "stereo")
 
 
 @dataclass(frozen=True)
@@ -45,6 +49,8 @@ class Settings:
         calibration_error: Whether camera, joints and edges have the errors of a real setup.
         robot: Number of the robot whose camera and joint errors all sequences have; None: each has its own.
         event: What happens to the grasp once it holds, "slip" or "drop"; None: nothing.
+        camera: "paper" or "stereo".
+        registration_error: Whether the tracker starts 5 mm and 5 degrees beside the true pose.
     """
 
     dataset: str
@@ -56,6 +62,8 @@ class Settings:
     calibration_error: bool = False
     robot: int | None = None
     event: str | None = None
+    camera: str = "paper"
+    registration_error: bool = False
 
 
 @dataclass(frozen=True)
@@ -91,16 +99,20 @@ def make_sequence(settings: Settings, name: SequenceName, files: dict[float, Pat
     """
     with threadpool_limits(1):  # the number of threads would show in the last bits
         world, sample = _sample(settings, name)
-        _, noise_seed, _ = _seeds(settings, name)
+        _, noise_seed, *_ = _seeds(settings, name)
         error = calibration_error(settings, name, len(world.hand.joint_names))
-        video = DepthVideo(world, sample.trajectory)
+        registration = registration_error(settings, name, world)
+        video = film(settings.camera, world, sample.trajectory)
         color = None
         if settings.images:
             from .color import ColorVideo  # needs OpenGL
 
-            color = ColorVideo(world, sample.trajectory, video.camera)
+            color = ColorVideo(
+                world, sample.trajectory, video.color_camera, video.T_wc * video.T_dc
+            )
         for scale, path in files.items():
-            take = Take(world, sample.trajectory, video, Noise(scale, noise_seed), error, color)
+            noise = Noise(scale, noise_seed)
+            take = Take(world, sample.trajectory, video, noise, error, registration, color)
             metadata = _metadata(settings, name, world, sample, scale)
             record(take, settings.tracker, path, metadata)
     return Counter(sample.rejections)
@@ -111,9 +123,33 @@ def calibration_error(settings: Settings, name: SequenceName, joint_count: int) 
     if settings.robot is not None:
         return CalibrationError.of_robot(settings.robot, joint_count)
     if settings.calibration_error:
-        _, _, error_seed = _seeds(settings, name)
+        _, _, error_seed, _ = _seeds(settings, name)
         return CalibrationError.drawn(joint_count, np.random.default_rng(error_seed))
     return CalibrationError.none(joint_count)
+
+
+def registration_error(settings: Settings, name: SequenceName, world: World) -> gtsam.Pose3:
+    """What the tracker's first pose is off, in the object's frame: T_wo registered = T_wo T."""
+    if not settings.registration_error:
+        return gtsam.Pose3()
+    *_, seed = _seeds(settings, name)
+    return drawn_registration(np.asarray(world.obj.center), np.random.default_rng(seed))
+
+
+def film(camera: str, world: World, trajectory: Trajectory) -> Video:
+    """What the camera of that name sees of a trajectory.
+
+    Raises:
+        VtgtsamError: The stereo camera is wanted and OpenCV is not installed.
+    """
+    if camera == "paper":
+        return DepthVideo(world, trajectory)
+    from .stereo import check_opencv
+
+    check_opencv()
+    from .stereo.video import StereoVideo
+
+    return StereoVideo(world, trajectory)
 
 
 def make_trajectory(settings: Settings, name: SequenceName) -> tuple[World, Trajectory]:
@@ -154,9 +190,9 @@ def _world(hand: str, object_name: str, ycb: str | None) -> World:
 
 
 def _seeds(settings: Settings, name: SequenceName) -> list[np.random.SeedSequence]:
-    """Seeds of the grasp, the camera's noise and the calibration error."""
+    """Seeds of the grasp, the camera's noise, the calibration error and the registration's."""
     words = [zlib.crc32(text.encode()) for text in (settings.dataset, name.object)]
-    return np.random.SeedSequence([settings.seed, *words, name.grasp]).spawn(3)
+    return np.random.SeedSequence([settings.seed, *words, name.grasp]).spawn(4)
 
 
 def _metadata(
@@ -172,11 +208,12 @@ def _metadata(
         "seed": str(settings.seed),
         "noise_scale": f"{scale:g}",
         "tracker": settings.tracker,
-        "camera": "paper",
+        "camera": settings.camera,
         "visual_covariance": "tracker",
         "calibration_error": "yes" if settings.calibration_error or robot else "no",
         **robot,
         **_event_metadata(settings, world, sample),
+        "registration_error": "yes" if settings.registration_error else "no",
         "rejected": json.dumps(Counter(sample.rejections), sort_keys=True),
     }
 

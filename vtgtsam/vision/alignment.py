@@ -21,9 +21,12 @@ if TYPE_CHECKING:
     from ..sdf.grid import GridSdf
 
 SINGLE = 3.5  # [sigma], a pixel that differs more from the prediction is not the surface
-MEAN = 0.5  # [sigma], the same for the mean over a window, whose own noise is sigma / 5
+MEAN = (
+    0.5  # [sigma], the same for the mean over a window, whose own noise is sigma / 5 if independent
+)
 WINDOW = 2  # [pixels], how far such a window reaches to each side
 CUTOFF = 3.0  # [sigma], Tukey's
+COMMON = 0.5  # share of what edges add to the noise that is the same along all of them
 ROOM = 0.0015  # [m], added to these three: what the pose may be off before the first step
 SLACK = 0.0005  # [m], what grid and mesh are off even at the right pose
 GRAZING = 0.4  # sine of the angle; a surface seen at a flatter one counts no more for it
@@ -91,11 +94,20 @@ class Evidence:
         self.predicted = np.empty(view.depth.shape)
         kernels.render(*shape.grid, shape.box, *self._pose, self.predicted)
         self.kind = np.empty(view.depth.shape, dtype=np.uint8)
-        limits = np.array([SINGLE * view.sigma + ROOM, MEAN * view.sigma + ROOM, SLACK])
+        limits = np.array([SINGLE, MEAN, ROOM, SLACK])
+        alike = float(np.prod(np.minimum(view.correlation, 2 * WINDOW + 1)))
         self.misfit = float(
             kernels.classify(
-                self.predicted, view.depth, view.hand, view.sigma, limits, WINDOW, self.kind
-            )
+                self.predicted,
+                view.depth,
+                view.hand,
+                view.sigma,
+                view.excess,
+                alike,
+                limits,
+                WINDOW,
+                self.kind,
+            )  # fmt: skip
         )
         counts = np.bincount(self.kind.ravel(), minlength=4)
         self.outline = int(np.count_nonzero(self.predicted < np.inf))
@@ -116,9 +128,10 @@ class Evidence:
     def normal_equations(self) -> tuple[np.ndarray, np.ndarray]:
         """Information (6, 6) and gradient (6,) of half the weighted sum of squares.
 
-        Both are for a right perturbation [rotation, translation] of the pose.
+        Both are for a right perturbation [rotation, translation] of the pose. Pixels that err together count
+        as one, and what edges have in common is eliminated (Schur complement).
         """
-        information, gradient = np.zeros((6, 6)), np.zeros(6)
+        information, gradient = np.zeros((7, 7)), np.zeros(7)
         kernels.accumulate(
             *self._shape.grid,
             *self._pose,
@@ -126,12 +139,20 @@ class Evidence:
             self.predicted,
             self.kind,
             self._view.sigma,
+            self._view.excess,
             GRAZING,
-            CUTOFF * self._view.sigma + ROOM,
+            np.array([CUTOFF, ROOM]),
+            COMMON,
             information,
             gradient,
         )
-        return information, gradient
+        together = float(np.prod(self._view.correlation))
+        information, gradient = information / together, gradient / together
+        common = information[:6, 6] / (1.0 + information[6, 6])
+        return (
+            information[:6, :6] - np.outer(common, information[:6, 6]),
+            gradient[:6] - common * gradient[6],
+        )
 
 
 def outline_pixels(shape: Shape, view: View, T_co: gtsam.Pose3) -> int:
@@ -144,16 +165,32 @@ def stride(outline: int, pixels: int) -> int:
     return max(1, int(np.sqrt(outline / pixels)))
 
 
-def align(shape: Shape, view: View, start: gtsam.Pose3, iterations: int) -> gtsam.Pose3:
+def align(
+    shape: Shape,
+    view: View,
+    start: gtsam.Pose3,
+    iterations: int,
+    T_co_expected: gtsam.Pose3 | None = None,
+    prior: np.ndarray | None = None,
+) -> gtsam.Pose3:
     """The pose T_co near ``start`` that agrees best with the image, by Gauss-Newton steps.
 
-    A weak prior at ``start`` holds what the image does not show: a can does not spin about its axis.
+    A prior holds what the image does not show: a can does not spin about its axis.
+
+    Args:
+        shape: The object.
+        view: The image.
+        start: Where the steps begin.
+        iterations: How many at most.
+        T_co_expected: Where the object is expected without the image; None: at ``start``.
+        prior: How surely, information (6, 6) of that pose; None: the shape's, which is weak.
     """
-    T_co = start
+    T_co, expected = start, start if T_co_expected is None else T_co_expected
+    prior = shape.prior if prior is None else prior
     for _ in range(iterations):
         information, gradient = Evidence(shape, view, T_co).normal_equations()
-        away = start.localCoordinates(T_co)
-        step = -np.linalg.solve(information + shape.prior, gradient + shape.prior @ away)
+        away = expected.localCoordinates(T_co)
+        step = -np.linalg.solve(information + prior, gradient + prior @ away)
         T_co = T_co.retract(step)
         if abs(step[:3]).max() < CONVERGED[0] and abs(step[3:]).max() < CONVERGED[1]:
             break

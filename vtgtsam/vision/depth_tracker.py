@@ -11,7 +11,9 @@ import numpy as np
 
 from ..camera import CameraIntrinsics
 from .alignment import Evidence, Shape, align, outline_pixels, stride
+from .expectation import TOGETHER, Expectation
 from .hand_mask import HandMask
+from .noise import DepthNoise
 from .search import Search, score
 from .tracker import TrackedPose
 from .view import View, crop
@@ -26,12 +28,10 @@ MARGIN = 0.02  # [m], around the object: what it may move between two frames
 COARSE_PIXELS, FINE_PIXELS = 400, 2000  # of the object's outline, for the first steps and the last
 WEAK = 0.01  # share of the frame-to-frame prior that is left in the covariance: 0.5 rad, 0.1 m
 MIN_MEASURED = 0.1  # share of the outline; with less, the image cannot say where the object is not
-MAX_SIGMA = 0.005  # [m], of the centre, by the noise alone; above, nothing is known of it
 
-# What the pixels' noise leaves out: pixels wrongly taken for the object's, and the object's own grid and mesh.
-# Four times as much is careful in nine of ten grasps in the clear and right in about half of those that fingers
-# cover, where the rest are wrong beyond any noise (`python -m benchmarks consistency`).
-INFLATION = 4.0
+HALF_A_SECOND = 15.0  # images
+
+# What noise leaves out: the object's own grid and mesh.
 FLOOR = np.repeat([0.003**2, 0.0003**2], 3)  # [rad^2, m^2]
 
 
@@ -49,6 +49,8 @@ class Demand(NamedTuple):
 FOLLOWED = Demand(visible_fraction=0.03, contradiction=0.15, misfit=4.0)
 FOUND = Demand(visible_fraction=0.15, contradiction=0.05, misfit=2.0)
 BETTER = 0.05  # by so much higher must the score be where the tracker was told to look
+
+PATIENCE = 30  # images that may deny the pose of what a hand carries before another pose is looked for
 
 FORMS = ("depth", "depth-hand")
 
@@ -79,14 +81,18 @@ class DepthTracker:
         self._shape = Shape(obj.sdf)
         self._hand = None if hand is None else HandMask(hand)
         self._search = Search(self._shape)
-        self._T_wo: gtsam.Pose3 | None = None
+        self._noise = DepthNoise()
+        self._expected: Expectation | None = None
         self._hint: gtsam.Pose3 | None = None
+        self._unseen = 0  # images that did not support the pose, since the last one that did
 
     def start(self, T_wo: gtsam.Pose3) -> None:
         """Begin a sequence at the pose of its first frame."""
-        self._T_wo = T_wo
+        self._expected = Expectation(self._shape, T_wo)
         self._hint = None
         self._search.forget()
+        self._noise = DepthNoise()
+        self._unseen = 0
 
     def search_at(self, T_wo: gtsam.Pose3) -> None:
         """Look for the object near this pose, too, in the next image (see ``hand_back``).
@@ -109,11 +115,12 @@ class DepthTracker:
             ValueError: The image has the wrong size, or no ``start`` came before, or a tracker that knows the
                 hand was not given its joints.
         """
-        if self._T_wo is None:
+        if self._expected is None:
             raise ValueError("the tracker has no pose to go on from; call start(T_wo) first")
         if self._hand is not None and joints is None:
             raise ValueError("a tracker that knows the hand needs its joint angles each frame")
-        T_co = T_wc.inverse() * self._T_wo
+        self._expect(self._expected, joints, T_wh)
+        T_co = T_wc.inverse() * self._expected.T_wo
         hint, self._hint = self._hint, None
         T_co_hint = None if hint is None else T_wc.inverse() * hint
         view = crop(self.camera.check(depth), self.camera, *self._around(T_co, T_co_hint))
@@ -122,54 +129,87 @@ class DepthTracker:
         view = view.strided(stride(outline_pixels(self._shape, view, T_co), FINE_PIXELS))
         if self._hand is not None and joints is not None:
             T_hc = T_wc if T_wh is None else T_wh.inverse() * T_wc
-            view.hand[:] = self._hand.mask(view.depth, view.camera, T_hc, joints)
-        return self._track(view, T_co, T_wc, T_co_hint)
+            view.hand_depth[:] = self._hand.depth(view.camera, T_hc, joints)
+            view.hand[:] = self._hand.covers(view.depth, view.hand_depth)
+        return self._track(view, self._expected, T_wc, T_co_hint)
+
+    def _expect(
+        self,
+        expected: Expectation,
+        joints: ArrayLike | Mapping[str, float] | None,
+        T_wh: gtsam.Pose3 | None,
+    ) -> None:
+        if self._hand is None or joints is None or T_wh is None:
+            expected.wait()
+        else:
+            expected.carry(T_wh, self._hand.hand.joint_array(joints), self._noise.persistence)
 
     def _track(
-        self, view: View, T_co: gtsam.Pose3, T_wc: gtsam.Pose3, T_co_hint: gtsam.Pose3 | None
+        self,
+        measured: View,
+        expected: Expectation,
+        T_wc: gtsam.Pose3,
+        T_co_hint: gtsam.Pose3 | None,
     ) -> TrackedPose:
-        T_co_now, seen = self._follow(view, T_co)
+        T_co = T_wc.inverse() * expected.T_wo
+        view = self._with_noise(measured, T_co)
+        T_co_now, seen = self._follow(view, T_co, expected.information())
         good = self._meets(seen, FOLLOWED)
         if T_co_hint is not None:
             T_there, there = self._follow(view, T_co_hint)
             if self._meets(there, FOUND) and not (good and score(there) < score(seen) + BETTER):
                 T_co_now, seen, good = T_there, there, True
+        self._unseen = 0 if good else self._unseen + 1
+        if not good and expected.is_carried and self._unseen < PATIENCE:
+            unseen = self._covariance(np.zeros((6, 6)), 1.0)
+            return TrackedPose(expected.T_wo, unseen, seen.visible_fraction, "ok")
         if not good and seen.measured > MIN_MEASURED * seen.outline:
             T_co_now, seen = self._follow(view, self._search.look(view, T_co, T_wc))
             good = self._meets(seen, FOUND)
         if not good:
             return TrackedPose.lost(seen.visible_fraction)
+        self._unseen = 0
         self._search.forget()
-        self._T_wo = T_wc * T_co_now
-        covariance = INFLATION * self._noise(seen) + np.diag(FLOOR)
-        return TrackedPose(self._T_wo, covariance, seen.visible_fraction, "ok")
+        self._noise.learn(measured, seen)
+        information, _ = seen.normal_equations()
+        expected.update(T_wc * T_co_now, information)
+        covariance = self._covariance(information, seen.misfit)
+        return TrackedPose(expected.T_wo, covariance, seen.visible_fraction, "ok")
 
-    def _follow(self, view: View, T_co: gtsam.Pose3) -> tuple[gtsam.Pose3, Evidence]:
+    def _with_noise(self, measured: View, T_co: gtsam.Pose3) -> View:
+        """The view with what was learnt of the camera's noise; in the first one, from that image itself."""
+        at = Evidence(self._shape, measured, T_co)
+        if self._noise.images == 0:
+            self._noise.learn(measured, at)
+        return self._noise.on(measured, at)
+
+    def _covariance(self, information: np.ndarray, misfit: float) -> np.ndarray:
+        """Covariance of a pose, (6, 6), by its image alone; what that does not show is uncertain, not infinite.
+
+        What was known before the image stays out of it. Noise that stays from image to image does not become
+        less by many of them: who counts half a second of images as one must not take more from them than from one.
+        """
+        alike = 1.0 + self._noise.persistence * (TOGETHER / HALF_A_SECOND - 1.0)
+        information = information / (max(misfit, 1.0) * alike) + WEAK * self._shape.prior
+        covariance: np.ndarray = np.linalg.inv(information) + np.diag(FLOOR)
+        return covariance
+
+    def _follow(
+        self, view: View, T_co: gtsam.Pose3, prior: np.ndarray | None = None
+    ) -> tuple[gtsam.Pose3, Evidence]:
         """The pose near ``T_co``, and what the image says of it."""
         outline = outline_pixels(self._shape, view, T_co)
         coarse = view.strided(stride(outline, COARSE_PIXELS))
-        T_co = align(self._shape, coarse, T_co, iterations=4)
-        T_co = align(self._shape, view, T_co, iterations=2)
-        return T_co, Evidence(self._shape, view, T_co)
+        T_co_now = align(self._shape, coarse, T_co, 4, T_co, prior)
+        T_co_now = align(self._shape, view, T_co_now, 2, T_co, prior)
+        return T_co_now, Evidence(self._shape, view, T_co_now)
 
     def _meets(self, seen: Evidence, demand: Demand) -> bool:
         return (
             seen.visible_fraction >= demand.visible_fraction
             and seen.contradiction <= demand.contradiction
             and seen.misfit <= demand.misfit
-            and self._center_sigma(seen) <= MAX_SIGMA
         )
-
-    def _noise(self, seen: Evidence) -> np.ndarray:
-        """Covariance of the pose by the pixels' noise, (6, 6); what they do not show is uncertain, not infinite."""
-        information, _ = seen.normal_equations()
-        return np.linalg.inv(information / max(seen.misfit, 1.0) + WEAK * self._shape.prior)
-
-    def _center_sigma(self, seen: Evidence) -> float:
-        """Largest standard deviation of the object's centre in any direction [m]."""
-        A = self._shape.to_center()
-        at_center = A @ self._noise(seen) @ A.T
-        return float(np.sqrt(np.linalg.eigvalsh(at_center[3:, 3:])[-1]))
 
     def _around(self, T_co: gtsam.Pose3, T_co_hint: gtsam.Pose3 | None) -> tuple[np.ndarray, float]:
         """Points that the view must show [m], shape (N, 3), camera frame, and the margin around them [m]."""

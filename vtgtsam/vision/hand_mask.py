@@ -79,4 +79,9 @@ class HandMask:
         joints: ArrayLike | Mapping[str, float],
     ) -> np.ndarray:
         """True where a depth image [m] shows the hand, or what lies behind it; shape (height, width)."""
-        return depth >= self.depth(camera, T_hc, joints) - self.tolerance
+        return self.covers(depth, self.depth(camera, T_hc, joints))
+
+    def covers(self, depth: np.ndarray, hand_depth: np.ndarray) -> np.ndarray:
+        """The same, with the hand's own depth [m] at hand."""
+        mask: np.ndarray = depth >= hand_depth - self.tolerance
+        return mask

@@ -185,6 +185,8 @@ def classify(
     depth: NDArray[np.float64],
     hand: NDArray[np.bool_],
     sigma: float,
+    excess: NDArray[np.float64],
+    alike: float,
     limits: NDArray[np.float64],
     size: int,
     kind: NDArray[np.uint8],
@@ -193,14 +195,17 @@ def classify(
 
     A pixel whose two depths differ by more than the first limit is decided by itself. A fingertip that lies
     on the object differs less than that, but it covers several pixels side by side: for the others the mean
-    difference over a window, among the undecided, must be below the second limit.
+    difference over a window, among the undecided and weighed by their noise, must be below the second limit.
 
     Args:
         predicted: Depth of the object alone, inf where the pose puts no object.
         depth: Measured depth, 0 where there is none.
         hand: Where the hand is known to be: such a pixel is no surface, but one can see through it.
         sigma: Standard deviation of the noise [m].
-        limits: Largest difference of one pixel, of a window's mean, and what a right model may be off [m].
+        excess: What edges add to it [m]; variances are its square, whatever its sign.
+        alike: How many pixels of a window err together, on average; 1 for independent noise.
+        limits: Largest difference of one pixel [sigma], of a window's mean [sigma of a pixel, if independent],
+            what the pose may be off, which is added to both [m], and what a right model may be off [m].
         size: The window reaches this many pixels to each side.
         kind: Filled with NOTHING, SURFACE, THROUGH or COVERED.
 
@@ -212,11 +217,12 @@ def classify(
     for v in range(height):
         for u in range(width):
             difference = depth[v, u] - predicted[v, u]
+            limit = limits[0] * np.sqrt(sigma * sigma + excess[v, u] ** 2) + limits[2]
             if depth[v, u] <= 0.0 or predicted[v, u] == np.inf:
                 kind[v, u] = NOTHING
-            elif difference > limits[0]:
+            elif difference > limit:
                 kind[v, u] = THROUGH
-            elif difference < -limits[0] or hand[v, u]:
+            elif difference < -limit or hand[v, u]:
                 kind[v, u] = COVERED
             else:
                 kind[v, u] = SURFACE
@@ -226,20 +232,24 @@ def classify(
         for u in range(width):
             if undecided[v, u] != SURFACE:
                 continue
-            total, count = 0.0, 0
+            total, weights, count = 0.0, 0.0, 0
             for b in range(max(v - size, 0), min(v + size + 1, height)):
                 for a in range(max(u - size, 0), min(u + size + 1, width)):
                     if undecided[b, a] == SURFACE:
-                        total += depth[b, a] - predicted[b, a]
+                        weight = 1.0 / (sigma * sigma + excess[b, a] ** 2)
+                        total += weight * (depth[b, a] - predicted[b, a])
+                        weights += weight
                         count += 1
-            mean = total / count
-            if mean > limits[1]:
+            mean = total / weights
+            limit = limits[1] * np.sqrt(alike * (sigma * sigma + excess[v, u] ** 2)) + limits[2]
+            if mean > limit:
                 kind[v, u] = THROUGH
-            elif mean < -limits[1]:
+            elif mean < -limit:
                 kind[v, u] = COVERED
             else:
                 surface += 1
-                misfit += mean * mean / (sigma * sigma / count + limits[2] * limits[2])
+                expected = min(alike, count) / weights + limits[3] * limits[3]
+                misfit += mean * mean / expected
     return misfit / max(surface, 1)
 
 
@@ -255,8 +265,10 @@ def accumulate(
     predicted: NDArray[np.float64],
     kind: NDArray[np.uint8],
     sigma: float,
+    excess: NDArray[np.float64],
     grazing: float,
-    cutoff: float,
+    cutoff: NDArray[np.float64],
+    common: float,
     information: NDArray[np.float64],
     gradient: NDArray[np.float64],
 ) -> None:
@@ -267,40 +279,115 @@ def accumulate(
 
         e = (z - d) g . r,    g = grad phi(s_o),    de/dxi = [ (g x s_o)^T  -g^T ]
 
-    with Tukey's weight up to a difference of ``cutoff``. It is linear in z. The distance phi of the measured
-    point itself is not: where the surface curves away or is seen at a flat angle, noise alone would raise it,
-    and a pose half covered by fingers would be off by millimetres.
+    with Tukey's weight up to a difference of ``cutoff`` ([sigma], and [m] added to it). It is linear in z. The
+    distance phi of the measured point itself is not: where the surface curves away or is seen at a flat angle,
+    noise alone would raise it, and a pose half covered by fingers would be off by millimetres.
 
     THROUGH: the error is phi at the deepest point of the ray, which must come out of the object; it has at most
     the influence of one sigma (Huber).
+
+    What edges add to the noise, ``excess``, is partly the same along all of them: one more unknown b, of standard
+    deviation 1, with de/db = common excess g . r. Its row and column are the last, ``information`` is (7, 7) and
+    ``gradient`` (7,).
     """
-    direction, row = np.empty(3), np.empty(6)
+    direction, row = np.empty(3), np.empty(7)
     for v in range(depth.shape[0]):
         for u in range(depth.shape[1]):
             if kind[v, u] != SURFACE and kind[v, u] != THROUGH:
                 continue
             ray(camera, R_oc, u, v, direction)
             at, difference = predicted[v, u], depth[v, u] - predicted[v, u]
+            noise = np.sqrt(sigma * sigma + excess[v, u] ** 2)
+            reach = cutoff[0] * noise + cutoff[1]
             if kind[v, u] == THROUGH:
                 at = deepest(values, lower, scale, t_oc, direction, at, depth[v, u])
-            elif abs(difference) >= cutoff:
+            elif abs(difference) >= reach:
                 continue
             px = t_oc[0] + at * direction[0]
             py = t_oc[1] + at * direction[1]
             pz = t_oc[2] + at * direction[2]
             phi, gx, gy, gz = trilinear(values, lower, scale, px, py, pz)
             if kind[v, u] == THROUGH:
-                error, weight = phi, 1.0 / (sigma * max(-phi, sigma))
+                error, weight, row[6] = phi, 1.0 / (noise * max(-phi, noise)), 0.0
             else:
                 slope = gx * direction[0] + gy * direction[1] + gz * direction[2]
-                error, tukey = difference * slope, 1.0 - (difference / cutoff) ** 2
-                weight = tukey * tukey / (sigma * sigma * (slope * slope + grazing * grazing))
+                error, tukey = difference * slope, 1.0 - (difference / reach) ** 2
+                weight = tukey * tukey / (noise * noise * (slope * slope + grazing * grazing))
+                row[6] = common * excess[v, u] * slope
             row[0], row[1], row[2] = gy * pz - gz * py, gz * px - gx * pz, gx * py - gy * px
             row[3], row[4], row[5] = -gx, -gy, -gz
-            for i in range(6):
+            for i in range(7):
                 gradient[i] += weight * error * row[i]
                 for j in range(i + 1):
                     information[i, j] += weight * row[i] * row[j]
-    for i in range(6):
+    for i in range(7):
         for j in range(i):
             information[j, i] = information[i, j]
+
+
+@compiled
+def zones(
+    front: NDArray[np.float64],
+    predicted: NDArray[np.float64],
+    jump: float,
+    steep: float,
+    near: int,
+    zone: NDArray[np.int64],
+) -> None:
+    """Say how many pixels away an edge is, for each pixel of the object that nothing covers.
+
+    ``zone`` (height, width) gets steps - 1 where the nearest other depth is smaller than the object's, near + steps
+    - 1 where it is larger, and is left as it is where there is none within ``near`` steps, diagonal ones included.
+    An edge is a difference of more than ``jump`` [m] and ``steep`` times the depth for each step.
+
+    Args:
+        front: What the camera should see [m], inf where that is nothing, shape (height, width).
+        predicted: The object alone, same shape.
+        jump: See above.
+        steep: See above.
+        near: See above.
+        zone: See above.
+    """
+    height, width = front.shape
+    for v in range(height):
+        for u in range(width):
+            z = predicted[v, u]
+            if z == np.inf or front[v, u] < z - jump:
+                continue
+            found = False
+            for steps in range(1, near + 1):
+                least = jump + steep * z * steps
+                nearer, farther = False, False
+                for b in range(max(v - steps, 0), min(v + steps + 1, height)):
+                    whole = abs(b - v) == steps
+                    for a in range(max(u - steps, 0), min(u + steps + 1, width)):
+                        if whole or abs(a - u) == steps:
+                            nearer = nearer or front[b, a] < z - least
+                            farther = farther or front[b, a] > z + least
+                if nearer or farther:
+                    zone[v, u] = steps - 1 if nearer else near + steps - 1
+                    found = True
+                if found:
+                    break
+
+
+@compiled
+def products(residual: NDArray[np.float64], lags: int, sums: NDArray[np.float64]) -> None:
+    """Add products of residuals (height, width) some pixels apart in a row and a column; NaN where there is none.
+
+    ``sums`` (2, lags + 1, 2) gets, for rows and columns and each lag from 0, the sum of the products and of the
+    mean squares of the two.
+    """
+    height, width = residual.shape
+    for v in range(height):
+        for u in range(width):
+            r = residual[v, u]
+            if np.isnan(r):
+                continue
+            for lag in range(lags + 1):
+                for axis in range(2):
+                    b, a = (v, u + lag) if axis == 0 else (v + lag, u)
+                    if b < height and a < width and not np.isnan(residual[b, a]):
+                        other = residual[b, a]
+                        sums[axis, lag, 0] += r * other
+                        sums[axis, lag, 1] += 0.5 * (r * r + other * other)

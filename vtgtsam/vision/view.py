@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -20,23 +20,44 @@ class View:
         depth: Measured depth [m], shape (height, width), 0 where there is none.
         hand: Where the hand is known to be, same shape.
         camera: Its intrinsics.
-        sigma: Standard deviation of the depth's noise [m].
+        sigma: Standard deviation of the depth's noise [m], away from edges.
+        hand_depth: Depth of the hand alone [m], inf where it is not or is not known, shape (height, width).
+        excess: What edges add to it [m], shape (height, width): a pixel's variance is the sum of squares.
+        correlation: How many neighbouring pixels of a row, and of a column, err together; 1 if none do.
     """
 
     depth: np.ndarray
     hand: np.ndarray
     camera: CameraIntrinsics
     sigma: float
+    hand_depth: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))
+    excess: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))
+    correlation: tuple[float, float] = (1.0, 1.0)
+
+    def __post_init__(self) -> None:
+        if self.hand_depth.shape != self.depth.shape:
+            object.__setattr__(self, "hand_depth", np.full(self.depth.shape, np.inf))
+        if self.excess.shape != self.depth.shape:
+            object.__setattr__(self, "excess", np.zeros(self.depth.shape))
+
+    @property
+    def hand_is_known(self) -> bool:
+        """Whether the hand's own depth is at hand, so that what covers the object is known."""
+        return bool(np.isfinite(self.hand_depth).any())
 
     def strided(self, step: int) -> View:
         """Every ``step``-th row and column of it."""
         if step == 1:
             return self
+        row, column = self.correlation
         return View(
             np.ascontiguousarray(self.depth[::step, ::step]),
             np.ascontiguousarray(self.hand[::step, ::step]),
             self.camera.strided(step),
             self.sigma,
+            np.ascontiguousarray(self.hand_depth[::step, ::step]),
+            np.ascontiguousarray(self.excess[::step, ::step]),
+            (max(row / step, 1.0), max(column / step, 1.0)),
         )
 
 

@@ -1,0 +1,58 @@
+# SPDX-License-Identifier: MIT
+"""Where the hand has carried an object, and how much the next image may change that."""
+
+import gtsam
+import numpy as np
+import pytest
+import trimesh
+
+from vtgtsam.sdf.build import build_sdf
+from vtgtsam.vision.alignment import Shape
+from vtgtsam.vision.expectation import HELD, PUSHED, START, TOGETHER, Expectation
+
+T_WO = gtsam.Pose3(gtsam.Rot3.RzRyRx(0.3, -0.2, 0.5), np.array([0.1, 0.02, 0.05]))
+T_WH = gtsam.Pose3(gtsam.Rot3.RzRyRx(0.1, 0.4, -0.3), np.array([0.02, 0.0, 0.01]))
+MOVE = gtsam.Pose3(gtsam.Rot3.RzRyRx(0.2, 0.0, 0.1), np.array([0.01, -0.03, 0.02]))
+JOINTS = np.zeros(5)
+
+
+@pytest.fixture(scope="module")
+def ball():
+    return Shape(build_sdf(trimesh.creation.icosphere(2, 0.03), resolution=32))
+
+
+def variances(expected):
+    return np.diag(np.linalg.inv(expected.information()))
+
+
+def test_the_object_goes_where_the_hand_goes(ball):
+    expected = Expectation(ball, T_WO)
+    expected.carry(T_WH, JOINTS, 0.0)
+    assert expected.T_wo.equals(T_WO, 1e-12)  # the first image: nothing has moved yet
+    expected.carry(MOVE * T_WH, JOINTS, 0.0)
+    assert expected.T_wo.equals(MOVE * T_WO, 1e-9)
+
+
+def test_it_becomes_less_sure_and_more_so_where_joints_move(ball):
+    still, moving = Expectation(ball, T_WO), Expectation(ball, T_WO)
+    for n in range(2):
+        still.carry(T_WH, JOINTS, 0.0)
+        moving.carry(T_WH, JOINTS + 0.04 * n, 0.0)
+    np.testing.assert_allclose(variances(still), START**2 + HELD**2)
+    np.testing.assert_allclose(variances(moving), START**2 + HELD**2 + (0.04 * PUSHED) ** 2)
+
+
+def test_an_image_counts_in_full_where_noise_is_new_each_time_and_little_where_it_stays(ball):
+    information = np.diag(np.repeat([1e4, 1e6], 3))
+    left = []
+    for persistence in (0.0, 1.0):
+        expected = Expectation(ball, T_WO)
+        for _ in range(2):
+            expected.carry(T_WH, JOINTS, persistence)
+        together = 1.0 + persistence * (TOGETHER - 1.0)
+        before = np.diag(together / (START**2 + HELD**2))
+        np.testing.assert_allclose(expected.information(), before, rtol=1e-9)
+        expected.update(T_WO, information)
+        left.append(together / np.diag(expected.information()))
+    np.testing.assert_allclose(1.0 / left[0], 1.0 / (START**2 + HELD**2) + np.diag(information))
+    assert (left[1] > 0.5 * (START**2 + HELD**2)).all()

@@ -1,0 +1,161 @@
+# SPDX-License-Identifier: MIT
+"""How noisy a depth camera is, learnt from the images themselves.
+
+What is left between a followed object and the images that it was followed in, says how large the noise is, how
+much more it is beside an edge, and how many neighbouring pixels err together. So a camera whose pixels err
+independently is taken as such, one that matches patches is not trusted pixel by pixel, and nobody has to say
+which it is.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from . import kernels
+from .alignment import Evidence
+from .view import MIN_SIGMA, View
+
+NEAR = 6  # [pixels], so near to an edge noise may be larger
+# Zones: 1 to NEAR steps from what covers the object, 1 to NEAR steps from its own outline, and the rest.
+FAR, ZONES = 2 * NEAR, 2 * NEAR + 1
+# What covers the object lends it a depth that is too small, what lies behind it one that is too large.
+_SIGNS = np.repeat([-1.0, 1.0, 0.0], [NEAR, NEAR, 1])
+JUMP, STEEP = (
+    0.005,
+    2.0,
+)  # [m], [m/m]: depths that differ by more than a slope accounts for form an edge
+LAGS = 10  # [pixels], so far apart correlation is looked for
+MEMORY, LONG_MEMORY = 15, 100  # images over which noise, and its correlation, are averaged
+WIDEST = 0.015  # [m], a difference above is another surface ...
+WIDEST_SIGMAS = 4.0  # ... or above so many sigmas of what independent noise would be
+DOUBT, DOUBTED = 0.01, 3.0  # [m], noise beside an edge before it was seen, as if in so many images
+APART = 10  # images
+FEWEST = 30  # pixels of a kind, with fewer in an image it says nothing about them
+UNRELATED = 0.1  # correlation below which two pixels count as independent
+TO_SIGMA = 1.4826  # from a median of absolute values to a standard deviation
+
+
+class DepthNoise:
+    """The noise of one camera, learnt image by image.
+
+    Attributes:
+        images: Number of images learnt from.
+    """
+
+    def __init__(self) -> None:
+        self.images = 0
+        self._variance = np.append(np.full(ZONES - 1, DOUBT**2), np.nan)
+        self._seen = np.append(np.full(ZONES - 1, DOUBTED), 0.0)  # images that said something of it
+        self._products = np.zeros((2, LAGS + 1, 2))
+        self._earlier: list[tuple[tuple[float, float], np.ndarray]] = []
+        self._kept = np.zeros(2)
+
+    def on(self, view: View, evidence: Evidence) -> View:
+        """The view with its noise, for poses about that of the evidence."""
+        if self.images == 0:
+            return view
+        zone = zones(view, evidence)
+        return replace(
+            view,
+            sigma=max(self.sigma, view.sigma),
+            excess=self._excess()[zone],
+            correlation=self.correlation,
+        )
+
+    @property
+    def sigma(self) -> float:
+        """Standard deviation far from edges [m]; the least there is where all is near one."""
+        return max(float(np.sqrt(np.nanmin(self._variance))), MIN_SIGMA)
+
+    @property
+    def correlation(self) -> tuple[float, float]:
+        """How many neighbours in a row, and in a column, err together; 1 for independent noise."""
+        lengths = []
+        for sums in self._products:
+            rho = sums[1:, 0] / np.maximum(sums[1:, 1], 1e-12)
+            related = np.cumprod(rho > UNRELATED).astype(bool)
+            lengths.append(1.0 + 2.0 * float(rho[related].sum()))
+        return lengths[0], lengths[1]
+
+    @property
+    def persistence(self) -> float:
+        """Share of the noise that is the same ``APART`` images later, in [0, 1]."""
+        kept, whole = self._kept
+        return float(np.clip(kept / whole, 0.0, 1.0)) if whole > 0.0 else 0.0
+
+    def learn(self, view: View, evidence: Evidence) -> None:
+        """Take in what is left between a view, as it was measured, and the pose that was found in it."""
+        difference = view.depth - evidence.predicted
+        widest = max(WIDEST, WIDEST_SIGMAS * view.sigma)
+        zone = zones(view, evidence)
+        reach = np.where(zone == FAR, widest, 2.0 * widest)
+        seen = (view.depth > 0.0) & ~view.hand & (np.abs(difference) < reach)
+        self.images += 1
+        self._learn_variance(difference[seen], zone[seen])
+        seen &= (zone == FAR) & (np.abs(difference) < WIDEST_SIGMAS * self.sigma)
+        if np.count_nonzero(seen) >= FEWEST:
+            left = np.where(seen, difference, np.nan)
+            self._learn_persistence(left, (-view.camera.cx, -view.camera.cy))
+            self._learn_correlation(left)
+
+    def _learn_variance(self, rest: np.ndarray, zone: np.ndarray) -> None:
+        for z in range(ZONES):
+            here = np.abs(rest[zone == z])
+            if len(here) < FEWEST:
+                continue
+            now = max((TO_SIGMA * float(np.median(here))) ** 2, MIN_SIGMA**2)
+            self._seen[z] += 1
+            share, before = 1.0 / min(self._seen[z], MEMORY), self._variance[z]
+            # A mean of logarithms: a doubt too large by far is given up as fast as one too small.
+            self._variance[z] = now if np.isnan(before) else before * (now / before) ** share
+
+    def _learn_persistence(self, residual: np.ndarray, corner: tuple[float, float]) -> None:
+        """Compare with what was left in an image some time ago, pixel by pixel."""
+        self._earlier.append((corner, residual))
+        if len(self._earlier) <= APART:
+            return
+        before, earlier = self._earlier.pop(0)
+        right, down = (round(b - a) for a, b in zip(before, corner, strict=True))
+        now, then = _common(residual, earlier, right, down)
+        both = ~(np.isnan(now) | np.isnan(then))
+        if np.count_nonzero(both) < FEWEST:
+            return
+        a, b = now[both], then[both]
+        share = 1.0 / MEMORY
+        sums = np.array([float(a @ b), 0.5 * float(a @ a + b @ b)]) / len(a)
+        self._kept = (1.0 - share) * self._kept + share * sums
+
+    def _learn_correlation(self, residual: np.ndarray) -> None:
+        """Compare pixels with their neighbours."""
+        sums = np.zeros_like(self._products)
+        kernels.products(residual, LAGS, sums)
+        sums /= max(float(sums[0, 0, 1]), 1e-12)
+        share = 1.0 / min(self.images, LONG_MEMORY)
+        self._products = (1.0 - share) * self._products + share * sums
+
+    def _excess(self) -> np.ndarray:
+        """What an edge adds to the noise [m], by zone, with the sign that it mostly has, shape (ZONES,)."""
+        added = np.nan_to_num(self._variance) - self.sigma**2
+        excess: np.ndarray = _SIGNS * np.sqrt(np.maximum(added, 0.0))
+        return excess
+
+
+def zones(view: View, evidence: Evidence) -> np.ndarray:
+    """Which zone each pixel is in: near what covers the object there, near what lies behind it, or neither."""
+    front = np.minimum(evidence.predicted, view.hand_depth)
+    covered = (evidence.kind == kernels.COVERED) & ~view.hand & (not view.hand_is_known)
+    front[covered] = np.minimum(front, view.depth)[covered]
+    zone = np.full(view.depth.shape, FAR)
+    kernels.zones(front, evidence.predicted, JUMP, STEEP / view.camera.fx, NEAR, zone)
+    return zone
+
+
+def _common(
+    now: np.ndarray, then: np.ndarray, right: int, down: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """The parts of two images that show the same pixels, where the first one begins so much farther on."""
+    now, then = now[max(-down, 0) :, max(-right, 0) :], then[max(down, 0) :, max(right, 0) :]
+    height, width = min(len(now), len(then)), min(now.shape[1], then.shape[1])
+    return now[:height, :width], then[:height, :width]
