@@ -49,7 +49,7 @@ def look_up(
 ) -> None:
     """Fill ``bright`` (N,) with the pattern's brightness at points, bilinear; 0 beside it.
 
-    ``resolution`` is the pattern's pixels a metre on a plane 1 m before the projector, whose axis is the image's middle.
+    ``resolution`` is the pattern's pixels a metre on a plane 1 m before the projector; its middle is on the axis.
     """
     rows, columns = pattern.shape
     for n in range(len(points_w)):

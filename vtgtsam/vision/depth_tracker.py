@@ -50,7 +50,9 @@ FOLLOWED = Demand(visible_fraction=0.03, contradiction=0.15, misfit=4.0)
 FOUND = Demand(visible_fraction=0.15, contradiction=0.05, misfit=2.0)
 BETTER = 0.05  # by so much higher must the score be where the tracker was told to look
 
-PATIENCE = 30  # images that may deny the pose of what a hand carries before another pose is looked for
+PATIENCE = (
+    30  # images that may deny the pose of what a hand carries before another pose is looked for
+)
 
 FORMS = ("depth", "depth-hand")
 
@@ -84,7 +86,7 @@ class DepthTracker:
         self._noise = DepthNoise()
         self._expected: Expectation | None = None
         self._hint: gtsam.Pose3 | None = None
-        self._unseen = 0  # images that did not support the pose, since the last one that did
+        self._unseen = PATIENCE  # images that did not support the pose, since the last one that did
 
     def start(self, T_wo: gtsam.Pose3) -> None:
         """Begin a sequence at the pose of its first frame."""
@@ -92,7 +94,7 @@ class DepthTracker:
         self._hint = None
         self._search.forget()
         self._noise = DepthNoise()
-        self._unseen = 0
+        self._unseen = PATIENCE  # a first pose that no image supports is none
 
     def search_at(self, T_wo: gtsam.Pose3) -> None:
         """Look for the object near this pose, too, in the next image (see ``hand_back``).
@@ -156,7 +158,7 @@ class DepthTracker:
         T_co_now, seen = self._follow(view, T_co, expected.information())
         good = self._meets(seen, FOLLOWED)
         if T_co_hint is not None:
-            T_there, there = self._follow(view, T_co_hint)
+            T_there, there = self._follow(self._with_noise(measured, T_co_hint), T_co_hint)
             if self._meets(there, FOUND) and not (good and score(there) < score(seen) + BETTER):
                 T_co_now, seen, good = T_there, there, True
         self._unseen = 0 if good else self._unseen + 1
