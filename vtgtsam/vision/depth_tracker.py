@@ -58,11 +58,13 @@ FORMS = ("depth", "depth-hand")
 
 
 def make_tracker(
-    form: str, obj: ObjectModel, camera: CameraIntrinsics, hand: HandModel
+    form: str, obj: ObjectModel, camera: CameraIntrinsics, hand: HandModel | None
 ) -> DepthTracker:
     """The tracker of that name: "depth" knows nothing of the hand, "depth-hand" its geometry."""
     if form not in FORMS:
         raise ValueError(f"expected one of the trackers {', '.join(FORMS)}, got {form!r}")
+    if form == "depth-hand" and hand is None:
+        raise ValueError("the tracker depth-hand needs the hand's model")
     return DepthTracker(obj, camera, hand if form == "depth-hand" else None)
 
 
