@@ -11,6 +11,7 @@ import numpy as np
 
 from ..camera import CameraIntrinsics
 from ..exceptions import RecordingError
+from ..input.door import reading
 from . import names
 from .bags import open_source
 from .images import decode_color, decode_depth
@@ -50,13 +51,15 @@ def _stamps(path: str | Path, topic: str) -> np.ndarray:
     """Stamps of any topic whose messages have them [s], increasing."""
     stamps: set[int] = set()
     for message in open_source(path).messages({topic}):
-        decoded = message.decode(message.data)
+        with reading(f"topic {topic} of {path}", RecordingError):
+            decoded = message.decode(message.data)
         if not hasattr(decoded, "header"):
             raise RecordingError(
                 f"topic {topic} has type {message.msgtype}, which has no stamps; give the topic of the "
                 "images as 'images' in the topic map"
             )
-        stamps.add(stamp_ns(decoded))
+        with reading(f"topic {topic} of {path}", RecordingError):
+            stamps.add(stamp_ns(decoded))
     if not stamps:
         raise RecordingError(f"{path} has no topic {topic} (images)")
     return np.array(sorted(stamps)) / 1e9
@@ -88,5 +91,7 @@ def _decoded(path: str | Path, topic: str, expected: str) -> Iterator[tuple[int,
     for message in open_source(path).messages({topic}):
         if message.msgtype != expected:
             raise RecordingError(f"topic {topic} has type {message.msgtype}, expected {expected}")
-        decoded = message.decode(message.data)
-        yield stamp_ns(decoded), decoded
+        with reading(f"topic {topic} of {path}", RecordingError):
+            decoded = message.decode(message.data)
+            stamp = stamp_ns(decoded)
+        yield stamp, decoded

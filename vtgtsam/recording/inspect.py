@@ -207,12 +207,12 @@ class _Tally:
             return None
         try:
             decoded = message.decode(message.data)
+            return stamp_ns(decoded) if hasattr(decoded, "header") else None
         except (
             Exception
         ):  # a topic that nobody needs may hold anything; what is needed is read elsewhere
             self.undecoded += 1
             return None
-        return stamp_ns(decoded) if hasattr(decoded, "header") else None
 
     def summary(self, topic: str, msgtype: str) -> StreamSummary:
         times = self._times()

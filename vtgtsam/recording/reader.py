@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..exceptions import RecordingError
+from ..input.door import reading
 from . import names
 from .align import Streams, to_world
 from .bags import open_source
@@ -61,7 +62,8 @@ def read_recording(
     if not source.topics:
         raise RecordingError(" ".join([f"{path} holds no messages.", *source.warnings]))
     warnings = list(source.warnings)
-    streams = _streams(bag, topic_map.topics, warnings)
+    with reading(f"what {path} holds", RecordingError):  # a type may be defined as anything
+        streams = _streams(bag, topic_map.topics, warnings)
     info = source.metadata.get(names.METADATA, {})
     if streams.vision is not None and holds_camera(info):
         streams.vision = of_tracker(streams.vision)
