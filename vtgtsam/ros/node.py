@@ -11,6 +11,7 @@ thread looks at the last frame ten times a second. Recordings are written by a t
 
 from __future__ import annotations
 
+import gc
 import logging
 import threading
 import time
@@ -327,6 +328,8 @@ def run(
                 f"{loaded.obj.name} in {loaded.hand.name}: poses on "
                 f"{node.resolve_topic_name('~/object_pose')}"
             )
+            gc.collect()
+            gc.freeze()  # meshes and fields stay: looking through them again and again would make poses late
             robot.spin(stop)
     finally:
         node.destroy_node()

@@ -30,7 +30,7 @@ class Given:
         calibration: The robot's calibration file, or "".
         config: The estimator's settings: a preset's name or a file.
         record: File to record to, or "".
-        rate: Most frames a second [Hz].
+        rate: Frames a second, beside those that a visual pose brings forward [Hz].
         world_frame: Name of the world frame in what is published.
         object_frame: Name of the object's frame in /tf; "": the object's name.
         publish_tf: Whether the object's transform is published, where tf2_msgs is there.
@@ -43,7 +43,7 @@ class Given:
     calibration: str = ""
     config: str = "tuned"
     record: str = ""
-    rate: float = 50.0
+    rate: float = 30.0
     world_frame: str = "world"
     object_frame: str = ""
     publish_tf: bool = True
