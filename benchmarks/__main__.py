@@ -206,6 +206,20 @@ def soak(
 
 
 @app.command()
+def live(
+    recording: Annotated[
+        Path, typer.Argument(help="A recording, played in real time.", exists=True)
+    ],
+    late: Annotated[float, typer.Option(min=0.0, help="How late vision comes [s].")] = 0.08,
+    rate: Annotated[float, typer.Option(min=1.0, help="Frames a second [Hz].")] = 30.0,
+) -> None:
+    """Time the live loop from the last message to the pose."""
+    from .live import run
+
+    run(recording, late, rate)
+
+
+@app.command()
 def startup() -> None:
     """Time a process up to its first estimate, with empty caches and with full ones."""
     from .startup import run

@@ -10,20 +10,12 @@ import numpy as np
 
 from hardware.camera.camera import Camera, CameraError
 from vtgtsam import HandModel, ObjectModel, adds
-from vtgtsam.camera import CameraIntrinsics
 from vtgtsam.exceptions import LiveError
 from vtgtsam.vision.alignment import Shape
 from vtgtsam.vision.first_pose import Candidate, candidates
-from vtgtsam.vision.hand_mask import HandMask
-from vtgtsam.vision.view import View, crop
+from vtgtsam.vision.in_hand import IMAGES, object_view, rivals
 
-IMAGES = 10  # whose median is looked at
 OLD_IMAGES = 60  # how many may come that were taken before they were asked for
-GOOD = 0.9  # least score of a pose that is believed; simulated ones had 0.97 to 1, wrong ones up to 0.88
-JUMP = 0.015  # [m], between neighbouring pixels; the noise at 0.8 m, 5 mm, is halved by the median
-DENIED = 0.05  # largest contradiction of such a pose; right ones had 0, wrong ones 0.1 and more
-ALONE = 0.03  # another pose whose score is less than this below is as good ...
-APART = 0.003  # [m], ... and is another pose if it is so far away (ADD-S)
 
 
 def find_object(
@@ -49,34 +41,6 @@ def find_object(
     return choose([] if view is None else candidates(Shape(obj.sdf), view), obj, T_ch)
 
 
-def object_view(
-    depth: np.ndarray,
-    camera: CameraIntrinsics,
-    obj: ObjectModel,
-    hand: HandModel,
-    joints: np.ndarray,
-    T_ch: gtsam.Pose3,
-) -> View | None:
-    """The part of a depth image [m] that shows the largest thing over the pads that is not the hand.
-
-    None where there is none. All else counts as hand: it says nothing for or against the object.
-    """
-    size = float(np.linalg.norm(obj.mesh.extents))  # [m], from corner to corner
-    is_hand = HandMask(hand).mask(depth, camera, T_ch.inverse(), joints)
-    pads_h = hand.pad_transforms(joints)[:, :3, 3]
-    may_be = _over_pads(depth, camera, T_ch, pads_h, size) & ~is_hand
-    thing = _largest(may_be & ~_jumps(np.where(may_be, depth, np.nan)))
-    if not thing.any():
-        return None
-    points_c = camera.back_project(np.where(thing, depth, 0.0))
-    view = crop(depth, camera, points_c, margin=size / 2)
-    if view is None:
-        return None
-    left, top = round(camera.cx - view.camera.cx), round(camera.cy - view.camera.cy)
-    view.hand[:] = ~thing[top:, left:][: view.camera.height, : view.camera.width]
-    return view
-
-
 def choose(found: list[Candidate], obj: ObjectModel, T_ch: gtsam.Pose3) -> Candidate:
     """The best of some poses.
 
@@ -88,7 +52,7 @@ def choose(found: list[Candidate], obj: ObjectModel, T_ch: gtsam.Pose3) -> Candi
     Raises:
         LiveError: It is not good, or another one is as good.
     """
-    good = [c for c in found if c.score >= GOOD and c.contradiction <= DENIED]
+    good = rivals(found, obj)
     if not good:
         explained = f"{100 * found[0].score:.0f}" if found else "0"
         raise LiveError(
@@ -99,13 +63,12 @@ def choose(found: list[Candidate], obj: ObjectModel, T_ch: gtsam.Pose3) -> Candi
     best = good[0]
     for other in good[1:]:
         apart = adds(obj.mesh, other.T_co, best.T_co)
-        if other.score > best.score - ALONE and apart > APART:
-            raise LiveError(
-                f"the camera's image fits two poses of {obj.name} that are {1000 * apart:.0f} mm apart "
-                f"(they explain {100 * best.score:.0f} and {100 * other.score:.0f} %): turn it so that "
-                f"the camera can tell them apart, or say which is right: --start {as_start(best, T_ch)} "
-                f"or --start {as_start(other, T_ch)}"
-            )
+        raise LiveError(
+            f"the camera's image fits two poses of {obj.name} that are {1000 * apart:.0f} mm apart "
+            f"(they explain {100 * best.score:.0f} and {100 * other.score:.0f} %): turn it so that "
+            f"the camera can tell them apart, or say which is right: --start {as_start(best, T_ch)} "
+            f"or --start {as_start(other, T_ch)}"
+        )
     return best
 
 
@@ -141,38 +104,3 @@ def still_image(camera: Camera) -> np.ndarray:
             )
     median: np.ndarray = np.median(images, axis=0)
     return median
-
-
-def _over_pads(
-    depth: np.ndarray,
-    camera: CameraIntrinsics,
-    T_ch: gtsam.Pose3,
-    pads_h: np.ndarray,
-    size: float,
-) -> np.ndarray:
-    """Which pixels may show an object of that size [m] whose middle is among the pads."""
-    points_c = (camera.rays() * depth[..., None]).reshape(-1, 3)
-    points_h = (points_c - T_ch.translation()) @ T_ch.rotation().matrix()
-    lower, upper = pads_h.min(axis=0) - size / 2, pads_h.max(axis=0) + size / 2
-    inside: np.ndarray = ((points_h > lower) & (points_h < upper)).all(axis=1)
-    return inside.reshape(depth.shape) & (depth > 0.0)
-
-
-def _jumps(depth: np.ndarray) -> np.ndarray:
-    """Where one thing ends and another one behind it begins, as a forearm behind an object."""
-    rows, columns = (np.abs(np.diff(depth, axis=axis)) > JUMP for axis in (0, 1))
-    jumps = np.zeros(depth.shape, dtype=bool)
-    jumps[1:] |= rows
-    jumps[:, 1:] |= columns
-    return jumps
-
-
-def _largest(pixels: np.ndarray) -> np.ndarray:
-    """The largest connected part of some pixels, both of shape (height, width)."""
-    from scipy import ndimage
-
-    labels, count = ndimage.label(pixels)
-    sizes = np.bincount(labels.ravel(), minlength=count + 1)
-    sizes[0] = 0  # what is in no part
-    largest: np.ndarray = (labels == sizes.argmax()) & pixels
-    return largest

@@ -236,7 +236,7 @@ class Inputs:
         with self.changed:
             streams = (self.joints, self.contacts)
             known = all(stream.held(instant_ns) is not None for stream in streams)
-            return known and self._hand_at(instant_ns) is not None
+            return known and self.hand_at(instant_ns) is not None
 
     def joints_at(self, instant_ns: int) -> np.ndarray | None:
         """The joint angles that hold at an instant [rad], shape (J,); None where they are not known."""
@@ -249,7 +249,8 @@ class Inputs:
             bits = self.contacts.held(instant_ns)
             return None if bits is None else bits > 0.5
 
-    def _hand_at(self, instant_ns: int) -> gtsam.Pose3 | None:
+    def hand_at(self, instant_ns: int) -> gtsam.Pose3 | None:
+        """The hand's pose that holds at an instant; None where it is not known."""
         if self.hand_pose.latest_ns is None:
             return None if self._hand_moves else gtsam.Pose3()
         return self.hand_pose.held(instant_ns)
@@ -263,7 +264,7 @@ class Inputs:
         """
         with self.changed:
             joints, contacts = self.joints.held(instant_ns), self.contacts.held(instant_ns)
-            T_wh = self._hand_at(instant_ns)
+            T_wh = self.hand_at(instant_ns)
             if joints is None or contacts is None or T_wh is None:
                 return None
             visual = self.vision.begin(instant_ns) if begin else self.vision.take(instant_ns)

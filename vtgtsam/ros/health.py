@@ -126,6 +126,7 @@ class TopicHealth:
             "vision": "touch and the hand's shape go on alone",
             "hand_pose": "the hand is taken to stand where it was",
             "camera_pose": "the camera is taken to stand where it was",
+            "depth": "touch and the hand's shape go on alone",
         }
         return f"{link.intake.topic} is silent for {silence:.1f} s{left}: {means[self._stream]}"
 

@@ -33,7 +33,9 @@ from ..live.recorder import Recorder
 from ..live.slots import PoseSlot
 from ..live.threads import Ticker, Workers
 from ..recording.topics import TfPose
+from .depth import DepthTracking
 from .health import (
+    Condition,
     EstimateHealth,
     Level,
     Link,
@@ -105,6 +107,7 @@ class PoseNode:
         )
         self._camera = _camera(loaded)
         self.inputs.on_rewrite = self._record_camera
+        self._depth = self._depth_tracking()
         self._make_publishers()
         self._links = self._make_links()
         self._estimate_health = EstimateHealth(self.fusion, self._clock)
@@ -126,6 +129,8 @@ class PoseNode:
         Services(self._node, self.inputs, self.fusion, self.files)
         self._workers.start("fusion", self.fusion.run)
         self._workers.start("telling", self._tell)
+        if self._depth is not None:
+            self._workers.start("depth", self._depth.run)
         self._show()
         return self
 
@@ -169,15 +174,29 @@ class PoseNode:
             self._marker = node.create_publisher(MarkerArray, "~/markers", 10)
         self._tf = _tf_publisher(node) if given.publish_tf else None
 
+    def _depth_tracking(self) -> DepthTracking | None:
+        entry, loaded = self._loaded.map.topics.depth, self._loaded
+        if entry is None:
+            return None
+        return DepthTracking(
+            *(entry, loaded.hand, loaded.obj, self.inputs),
+            *(self._camera, self.fusion, self._clock),
+        )
+
     def _make_links(self) -> dict[str, Link]:
         topics, inputs, clock = self._loaded.map.topics, self.inputs, self._clock
         hand_given = "hand_pose" in topics.model_fields_set
         links = {
             "joints": Link(joints_intake(topics.joints, inputs, clock), Level.ERROR),
             "contacts": Link(contacts_intake(topics.contacts, inputs, clock), Level.ERROR),
-            "vision": Link(vision_intake(topics, inputs, self._camera, clock), Level.WARN),
         }
-        needed = Level.ERROR if topics.vision.frame == "camera" else None
+        if self._depth is None:
+            links["vision"] = Link(vision_intake(topics, inputs, self._camera, clock), Level.WARN)
+        else:
+            links["depth"] = Link(self._depth.images, Level.WARN)
+            links["camera_info"] = Link(self._depth.info, None)
+        in_camera = topics.vision.frame == "camera" or self._depth is not None
+        needed = Level.ERROR if in_camera else None
         if isinstance(topics.hand_pose, str):
             intake = hand_pose_intake(topics.hand_pose, inputs, clock)
             links["hand_pose"] = Link(intake, Level.WARN if hand_given else None)
@@ -238,6 +257,8 @@ class PoseNode:
                 told = now
                 conditions = [judge(now) for judge in judges]
                 conditions.append(judge_recorder(self.recorder))
+                if self._depth is not None:
+                    conditions.append(Condition("vtgtsam: tracker", message=self._depth.state))
                 self._words = in_words(conditions)
                 stamp = self._node.get_clock().now().to_msg()
                 self._diagnostics.publish(diagnostics_message(conditions, stamp))

@@ -13,7 +13,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from hardware.camera.camera import CameraError, CameraFrame
-from hardware.live.find import as_start, choose, object_view, still_image
+from hardware.live.find import as_start, choose, still_image
 from sim.camera import D435, DepthCamera, add_depth_noise
 from sim.hands import load_description
 from sim.observe import camera_pose, window
@@ -24,6 +24,7 @@ from vtgtsam import adds, load_object
 from vtgtsam.exceptions import LiveError
 from vtgtsam.vision.alignment import Shape
 from vtgtsam.vision.first_pose import Candidate, candidates
+from vtgtsam.vision.in_hand import object_view
 
 
 class Bench:
