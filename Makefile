@@ -22,7 +22,7 @@ test: setup
 
 # The ROS 2 node with the genuine rclpy, in an environment of its own; `make test` skips these tests.
 test-ros: $(ROS)/.installed
-	$(ROS)/bin/python -m pytest tests/vtgtsam/ros
+	$(ROS)/bin/python -m pytest tests/vtgtsam/ros tests/hardware/test_ros_hand.py
 
 $(ROS)/.installed: pyproject.toml tools/ros.sh
 	PYTHON="$(PYTHON)" ROS="$(ROS)" sh tools/ros.sh

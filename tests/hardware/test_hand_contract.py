@@ -4,14 +4,17 @@
 from __future__ import annotations
 
 import math
+import threading
 import time
 from contextlib import contextmanager
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from hardware.device import CommandError, HandDevice
 from hardware.emulate.servos import ServoLineEmulator
+from hardware.ros_hand import RosHand, RosHandError
 from hardware.servo.description import HandDescription, load_description
 from hardware.servo.hand import Hand
 from vtgtsam.exceptions import VtgtsamError
@@ -48,7 +51,53 @@ def dynamixels(description):
         )
 
 
+class RosDriver:
+    """Another program's driver of a hand: tells its joints 100 times a second, and goes to its goals under torque."""
+
+    def __init__(self, names, intake):
+        self.joints, self.torque = dict.fromkeys(names, 0.0), False
+        self._intake, self._stop = intake, threading.Event()
+        self._thread = threading.Thread(target=self._tell, daemon=True)
+        self._thread.start()
+
+    def _tell(self):
+        while not self._stop.wait(0.005):
+            sec, nanosec = divmod(time.time_ns(), 10**9)
+            header = SimpleNamespace(stamp=SimpleNamespace(sec=sec, nanosec=nanosec))
+            told = dict(reversed(self.joints.items()))  # in an order of its own
+            self._intake(SimpleNamespace(header=header, name=[*told], position=[*told.values()]))
+
+    def send(self, names, angles):
+        if self.torque:
+            self.joints |= dict(zip(names, angles, strict=True))
+
+    def set_torque(self, on):
+        self.torque = on
+        return ""
+
+    def close(self):
+        self._stop.set()
+        self._thread.join()
+
+
+@contextmanager
+def over_ros():
+    """A hand behind a ROS driver, without ROS: its messages are plain objects."""
+    drivers = []
+
+    def open_link(intake):
+        drivers.append(RosDriver(limits, intake))
+        return drivers[-1]
+
+    limits = {f"finger_{i}": (-0.3, 2.0) for i in range(4)}
+    yield (
+        lambda: RosHand(limits, open_link=open_link),
+        lambda: any(driver.torque for driver in drivers),
+    )
+
+
 DRIVERS = {
+    "a driver in ROS 2": over_ros,
     "XL330s of the ISyHand": lambda: dynamixels(ISYHAND),
     "XC330s in the manner of a LEAP hand": lambda: dynamixels(LEAP_LIKE),
 }
@@ -112,6 +161,20 @@ def test_torque_goes_off_whatever_ends_the_block(driver):
         assert driven()
         raise ZeroDivisionError
     assert not driven()
+
+
+def test_a_ros_driver_that_falls_silent_takes_the_torque_with_it():
+    with over_ros() as (opened, driven), opened() as device:
+        device.configure()
+        device.enable()
+        device._link.close()
+        with pytest.raises(
+            RosHandError, match=r"/joint_states has not told finger_0, .*has the driver died"
+        ):
+            for _ in range(100):
+                device.state()
+                time.sleep(0.02)
+        assert not driven()
 
 
 class Stuck(HandDevice):

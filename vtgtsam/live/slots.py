@@ -111,6 +111,10 @@ class NamedSlots:
         """Names that have never come."""
         return [name for name, slot in self._slots.items() if slot.latest_ns is None]
 
+    def latest_stamps(self) -> list[int | None]:
+        """The newest stamp of each name, in the order of ``names``."""
+        return [slot.latest_ns for slot in self._slots.values()]
+
     def behind(self, instant_ns: int) -> list[str]:
         """Names whose newest value is from before an instant."""
         latest = ((name, slot.latest_ns) for name, slot in self._slots.items())

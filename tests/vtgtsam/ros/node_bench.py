@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import signal
 import subprocess
@@ -89,8 +90,11 @@ class Listener:
         self._thread.start()
 
     def _spin(self):
-        while not self._stop.is_set():
-            self._executor.spin_once(timeout_sec=0.05)
+        from rclpy.executors import ExternalShutdownException
+
+        with contextlib.suppress(ExternalShutdownException):
+            while not self._stop.is_set():
+                self._executor.spin_once(timeout_sec=0.05)
 
     def said(self, part):
         """The last diagnostics of a part: level, message, values."""
