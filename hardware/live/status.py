@@ -13,6 +13,7 @@ from vtgtsam.live.clock import RunClock
 from vtgtsam.live.fusion import Fusion
 from vtgtsam.live.inputs import Inputs
 from vtgtsam.live.rate import Rate
+from vtgtsam.live.verdict import in_words
 
 from .ages import ages, stale
 from .fingers import Fingers
@@ -137,7 +138,7 @@ class Status:
     def _pose(self, now_ns: int) -> str:
         late = ", ".join(stale(ages(self._inputs, now_ns)))
         estimate = self._fusion.last
-        verdict = "no visual pose yet" if estimate is None else estimate.status
+        verdict = "no visual pose yet" if estimate is None else in_words(estimate)
         if self._vision.trouble:
             return f"{verdict}, from touch alone ({self._vision.trouble})"
         return f"{verdict}, {late} too old" if late else verdict

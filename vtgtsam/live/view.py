@@ -34,6 +34,7 @@ from .fusion import Fused, Fusion
 from .inputs import Inputs
 from .page import Address, PageServer, check_page
 from .threads import Ticker
+from .verdict import in_words
 
 if TYPE_CHECKING:
     from ..viz.layout import Eye
@@ -316,7 +317,7 @@ class _Picture:
         else:
             distances, weights = estimate.pad_distances, estimate.pad_weights
             drawing.hand(snapshot.joints, self._T_wh, snapshot.contacts, distances, weights)
-            scene.status(names.LIVE, _verdict(estimate))
+            scene.status(names.LIVE, in_words(estimate))
             if snapshot.T_wo_visual is not None:
                 scene.plot(names.WEIGHT, names.LIVE, estimate.visual_weight)
             scene.contact_points(estimate.contact_points_w, snapshot.contacts, weights)
@@ -341,10 +342,6 @@ class _Picture:
     def end(self) -> None:
         """Let everything be written."""
         self._stream.flush(timeout_sec=_END)
-
-
-def _verdict(estimate: Estimate) -> str:
-    return ": ".join([estimate.status, *([", ".join(estimate.faults)] if estimate.faults else [])])
 
 
 def _eye(setup: Setup) -> Eye:

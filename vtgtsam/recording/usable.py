@@ -12,6 +12,7 @@ import numpy as np
 
 from ..exceptions import VtgtsamError
 from ..measurement import Measurement
+from .named_faults import named_faults
 from .reader import read_recording
 from .recording import Recording
 
@@ -68,6 +69,8 @@ def try_to_use(
     found = [found.sentence for found in recording.findings if found.level == "problem"]
     problems = [s for s in [*recording.warnings, *found] if s not in use.warnings]
     use.problems += dict.fromkeys([*problems, *_far_poses(recording), *refused])
+    if use.frames and use.object is not None and not (use.problems or use.warnings):
+        use.warnings += named_faults(recording)
     return use
 
 

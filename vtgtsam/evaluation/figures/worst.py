@@ -13,10 +13,12 @@ from matplotlib.figure import Figure
 
 from .. import store
 from ..contacts import read_contacts
+from ..faults import read_faults
 from ..groups import Group, phase_words
 from ..statistics import NOT_HELD
 from .contacts import contact_raster
 from .drawing import Drawing
+from .faults import fault_rows
 from .over_time import line_handles
 from .style import COLUMN, Look, error_axis, looks
 
@@ -32,7 +34,7 @@ def worst_sequences(group: Group) -> list[str]:
 
 
 def worst_figure(group: Group, out: Path, sequence: str, place: int) -> Drawing:
-    """ADD-S of all methods in one sequence, and the pads in contact below.
+    """ADD-S of all methods in one sequence, what was wrong with its streams, and the pads in contact below.
 
     Args:
         group: Of which the sequence is a part.
@@ -43,21 +45,26 @@ def worst_figure(group: Group, out: Path, sequence: str, place: int) -> Drawing:
     metrics = read_metrics(out, sequence)
     contacts = read_contacts(out, sequence)
     look = looks(group.methods)
-    pads = 0 if contacts is None else len(contacts.pads)
-    figure = Figure(figsize=(COLUMN, 2.9 + 0.14 * pads))
-    heights = [2.1, 0.14 * pads] if contacts else [1.0]
+    faults = read_faults(out, sequence, group.methods[-1])
+    rows = [len(faults), 0 if contacts is None else len(contacts.pads)]
+    figure = Figure(figsize=(COLUMN, 2.9 + 0.14 * sum(rows)))
+    heights = [2.1, *(0.14 * count for count in rows if count)] if any(rows) else [1.0]
     axes = figure.subplots(len(heights), 1, sharex=True, squeeze=False, height_ratios=heights)[:, 0]
     _errors(axes[0], metrics, look)
+    if faults:
+        fault_rows(axes[1], faults)
     if contacts is not None:
-        contact_raster(axes[1], contacts)
+        contact_raster(axes[-1], contacts)
     axes[-1].set_xlabel("time since the first frame [s]")
     axes[0].set_xlim(0, metrics["time_rel"].max() or 1.0)
     figure.legend(handles=line_handles(look), loc="outside lower center", ncols=3)
     return Drawing(
         f"{group.slug}_worst_{place}",
         f"{sequence}: {_medians(group, sequence)} {phase_words(group.phase)} (medians)."
-        + (" Ticks at the bottom: nothing held the pose." if _lost(metrics).any() else ""),
-        f"ADD-S over time and contacts of sequence {sequence}.",
+        + (" Ticks at the bottom: nothing held the pose." if _lost(metrics).any() else "")
+        + (f" Red ticks: what {group.methods[-1]} found wrong with the streams." if faults else ""),
+        f"ADD-S over time and contacts of sequence {sequence}."
+        + (f" Named: {', '.join(faults)}." if faults else ""),
         figure,
     )
 
