@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..config import EstimatorConfig
+from ..faults import words
 from .consistency import nees
 from .keyframes import Grasp
 from .residuals import Residuals, residuals
@@ -41,6 +42,8 @@ class Used(NamedTuple):
 def useless(grasp: Grasp) -> str:
     """Why a grasp can say nothing; empty where it can."""
     because = f" ({', '.join(grasp.faults)})" if grasp.faults else ""
+    if words.NO_FIT in grasp.faults:
+        return f"nowhere does the mesh fit the pads that touch: another object, or another scale{because}"
     if len(grasp.keyframes) * grasp.spacing < SHORTEST:
         return f"no pad touches for as long as a second while the object is tracked{because}"
     if grasp.seen < FEWEST_SEEN:
@@ -56,7 +59,7 @@ def odd(used: Used) -> str:
     if used.residuals.contact > MOST_CONTACT:
         return (
             f"touching pads stay {1e3 * used.residuals.contact:.1f} mm from the object's surface: "
-            "another object than the mesh, or another scale"
+            "another object than the mesh, another scale, or a tracker that had lost it"
         )
     if used.nees > MOST_NEES:
         return (
