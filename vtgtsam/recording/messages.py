@@ -96,7 +96,10 @@ def header(stamp_ns: int, frame: str) -> dict[str, Any]:
 def stamp_ns(message: Any) -> int:
     """Stamp of a decoded message's header [ns]."""
     stamp = message.header.stamp
-    return int(stamp.sec) * 10**9 + int(stamp.nanosec)
+    ns = int(stamp.sec) * 10**9 + int(stamp.nanosec)
+    if not -(2**63) <= ns < 2**63:  # where a file defines stamps in its own way
+        raise ValueError(f"{ns} ns is no instant")
+    return ns
 
 
 def pose_fields(pose: gtsam.Pose3) -> dict[str, dict[str, float]]:
