@@ -59,7 +59,8 @@ def generate(
         str,
         typer.Option(
             help="depth: knows nothing of the hand; depth-hand: knows its geometry; "
-            "with +back: is handed the fused pose where it has lost itself."
+            "with +back: is handed the fused pose where it has lost itself; learnt-model: the truth with "
+            "errors such as FoundationPose's (a model, not that tracker)."
         ),
     ] = "depth",
     camera: Annotated[

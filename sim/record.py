@@ -19,6 +19,7 @@ from vtgtsam.recording.provenance import mesh_file
 from vtgtsam.vision.depth_tracker import FORMS, make_tracker
 from vtgtsam.vision.hand_back import BACK
 
+from . import tracker_model
 from .calibration import CalibrationError
 from .fused import FusedLoop
 from .observe import Noise, Video
@@ -28,7 +29,7 @@ from .world import World
 if TYPE_CHECKING:
     from .color import ColorVideo
 
-TRACKERS = (*FORMS, *(form + BACK for form in FORMS))
+TRACKERS = (*FORMS, *(form + BACK for form in FORMS), tracker_model.NAME)
 # An instant and what to write then.
 Event = tuple[float, Callable[[RecordingWriter], None]]
 
@@ -80,7 +81,10 @@ def record(take: Take, tracker: str, path: Path, metadata: dict[str, str]) -> No
         path: The file to write.
         metadata: What it says about itself.
     """
-    events = heapq.merge(_samples(take), _frames(take, tracker), key=itemgetter(0))
+    streams = [_samples(take), _frames(take, tracker)]
+    if tracker == tracker_model.NAME:
+        streams = [_samples(take), _modelled(take)] + ([_images(take)] if take.color else [])
+    events = heapq.merge(*streams, key=itemgetter(0))
     hand, mesh = take.world.hand, mesh_file(take.world.obj)
     metadata = metadata | {"registered_pose": pose_text(take.T_wo_registered)}
     with RecordingWriter(path, metadata, hand_xml=hand.xml, mesh=mesh) as writer:
@@ -147,3 +151,43 @@ def _frames(take: Take, form: str) -> Iterator[Event]:
                 writer.color(time, color)
 
         yield time, write
+
+
+def _images(take: Take) -> Iterator[Event]:
+    """The images at the camera's rate."""
+    assert take.color is not None
+    depths = take.video.images(take.noise, take.error)
+    images = zip(depths, take.color.images(take.noise), strict=True)
+    for time, (depth, color) in zip(take.trajectory.frame_time.tolist(), images, strict=True):
+
+        def write(
+            writer: RecordingWriter,
+            time: float = time,
+            depth: np.ndarray = depth,
+            color: np.ndarray = color,
+        ) -> None:
+            writer.depth(time, take.video.aligned(depth))
+            writer.color(time, color)
+
+        yield time, write
+
+
+def _modelled(take: Take) -> Iterator[Event]:
+    """The poses of a model of a learnt tracker, each when it is known."""
+    rng = np.random.default_rng(take.noise.seed)
+    video = take.video
+    found = tracker_model.poses(take.world, take.trajectory, video.camera, video.T_wc, rng)
+    for time, T_co in zip(take.trajectory.frame_time.tolist(), found, strict=True):
+        if T_co is None:
+            continue
+        known = time + tracker_model.LATENCY
+
+        def write(
+            writer: RecordingWriter,
+            time: float = time,
+            T_co: gtsam.Pose3 = T_co,
+            known: float = known,
+        ) -> None:
+            writer.object_pose(time, take.T_wc * T_co, received=known)
+
+        yield known, write

@@ -299,6 +299,12 @@ class Recording:
             return stream
         if topic in self._present:
             raise RecordingError(f"{self.path}: topic {topic} holds no usable message ({what})")
+        tracker = self.info.get("tracker")
+        if tracker and topic == self.topics.vision.topic:
+            raise RecordingError(
+                f"{self.path}: its tracker ({tracker}) never had a pose, so there is nothing on {topic}; leave the "
+                "recording out, or put other poses into it with `vtgtsam attach-vision`"
+            )
         others = ", ".join(f"{name} ({kind})" for name, kind in sorted(self._present.items()))
         raise RecordingError(
             f"{self.path} has no topic {topic} ({what}); it has: {others or 'nothing'}. "

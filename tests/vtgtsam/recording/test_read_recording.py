@@ -283,6 +283,17 @@ def test_missing_streams_are_named_together_with_what_there_is(tmp_path):
     assert "\n" not in text
 
 
+def test_a_tracker_that_never_had_a_pose_is_said_to_be_one(tmp_path):
+    path = tmp_path / "a.mcap"
+    with RecordingWriter(path, {"tracker": "depth"}) as writer:
+        writer.joint_states(0.0, JOINTS, [0, 0])
+        writer.tactile(0.0, PADS, [0, 0], [0, 0])
+    with pytest.raises(
+        RecordingError, match=r"its tracker \(depth\) never had a pose.*attach-vision"
+    ):
+        read_recording(path, hand=gripper()).measurements()
+
+
 def test_missing_joints_and_pads_are_listed(tmp_path):
     with RecordingWriter(tmp_path / "a.mcap") as writer:
         writer.joint_states(0.0, ["j_left", "other"], [0, 0])
