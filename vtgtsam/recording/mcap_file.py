@@ -42,6 +42,7 @@ from .unpack import count_records, unpack
 
 MAGIC = b"\x89MCAP0\r\n"
 _RECORD_HEADER = struct.Struct("<BQ")  # opcode, length of what follows
+NEVER_NS = 2**63  # [ns], the year 2262: no message is received then
 
 
 class McapFile:
@@ -83,6 +84,8 @@ class McapFile:
                 self.attachments[record.name] = record.data
             elif isinstance(record, Message) and record.channel_id not in channels:
                 reader.orphans += 1
+            elif isinstance(record, Message) and record.log_time >= NEVER_NS:
+                reader.broken += len(record.data)
             elif isinstance(record, Message):
                 last_ns = max(record.log_time, last_ns or 0)
                 topic, decode = channels[record.channel_id].topic, decoders[record.channel_id]
