@@ -220,6 +220,17 @@ def live(
 
 
 @app.command()
+def remembering(
+    recording: Annotated[Path, typer.Argument(help="A recording with truth.", exists=True)],
+    frames: Annotated[int, typer.Option(min=100, help="Frames in one process.")] = 100_000,
+) -> None:
+    """Time frames with memory next to ones without, and watch the process's size."""
+    from .remembering import run
+
+    run(recording, frames)
+
+
+@app.command()
 def startup() -> None:
     """Time a process up to its first estimate, with empty caches and with full ones."""
     from .startup import run
