@@ -63,7 +63,9 @@ def run(
         ),
     ] = None,
     object_scale: Annotated[float, typer.Option(help="Metres per unit of the mesh.")] = 1.0,
-    tracker: Annotated[str, typer.Option(help="depth, or depth-hand.")] = "depth-hand",
+    tracker: Annotated[
+        str, typer.Option(help="depth or depth-hand; with +back: told where the object is.")
+    ] = "depth-hand",
     config: Annotated[str, typer.Option(help=f"{', '.join(CONFIGS)}, or a file.")] = "tuned",
     images: Annotated[bool, typer.Option(help="Record the images too.")] = True,
     view: View = False,
@@ -95,9 +97,11 @@ def run(
     from hardware.servo.description import load_description
     from vtgtsam import Calibration, load_object
     from vtgtsam.vision.depth_tracker import FORMS
+    from vtgtsam.vision.hand_back import BACK
 
-    if tracker not in FORMS:
-        raise typer.BadParameter(f"expected {' or '.join(FORMS)}", param_hint="--tracker")
+    if tracker.removesuffix(BACK) not in FORMS:
+        expected = f"{' or '.join(FORMS)}, or one of them with {BACK}"
+        raise typer.BadParameter(f"expected {expected}", param_hint="--tracker")
     for file in (record, save_view):
         if file is not None:
             refuse_existing(file, force)

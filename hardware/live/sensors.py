@@ -107,6 +107,7 @@ class Vision:
         clock: The run's clock.
         images: Whether images are recorded.
         calibration: What the robot's joints and camera are corrected with now.
+        hint: Where the tracker is to look, too, by whether it saw the object last; None where it needs no telling.
 
     Attributes:
         images: Images looked at.
@@ -127,8 +128,10 @@ class Vision:
         clock: RunClock,
         images: bool,
         calibration: Callable[[], Calibration | None] = lambda: None,
+        hint: Callable[[bool], gtsam.Pose3 | None] = lambda seen: None,
     ) -> None:
         self._camera = camera
+        self._hint = hint
         self._calibration = calibration
         self._tracker = tracker
         self._T_wh = T_wh
@@ -143,6 +146,7 @@ class Vision:
         self.odd_stamps = 0
         self._age = 0.0  # [s], of the last image with an odd stamp
         self._silent_since: float | None = None
+        self._seen = True  # the object, when it was last looked for
         self._rests = False  # leaves the next image alone
         self.frame: CameraFrame | None = None
 
@@ -223,7 +227,12 @@ class Vision:
 
     def _track(self, frame: CameraFrame, joints: np.ndarray) -> gtsam.Pose3 | None:
         joints, T_wh = as_seen(self._calibration(), joints, self._T_wh)
-        return self._tracker.update(frame.depth, gtsam.Pose3(), joints, T_wh).T_wo
+        hint = self._hint(self._seen)
+        if hint is not None:
+            self._tracker.search_at(hint)
+        T_wo = self._tracker.update(frame.depth, gtsam.Pose3(), joints, T_wh).T_wo
+        self._seen = T_wo is not None
+        return T_wo
 
     def _record_images(self, instant_ns: int, frame: CameraFrame) -> None:
         recorder = self._inputs.recorder

@@ -48,6 +48,7 @@ from vtgtsam.recording import RecordingWriter, names
 from vtgtsam.recording.provenance import mesh_file, object_metadata
 from vtgtsam.vision.depth_tracker import DepthTracker, make_tracker
 from vtgtsam.vision.first_pose import Candidate
+from vtgtsam.vision.hand_back import BACK, pose_to_search_at
 
 from .ages import GIVE_UP, ages, check_ages
 from .calibrating import remark, robot_of
@@ -81,7 +82,7 @@ class Plan:
         obj: The object.
         config: The estimator's settings.
         T_ho: The object's first pose in the hand frame; None: the camera finds it.
-        tracker: Form of the visual tracker, "depth" or "depth-hand".
+        tracker: Form of the visual tracker, "depth" or "depth-hand"; with "+back" it is handed fused poses.
         record: The file to record to, or None.
         images: Whether the recording has the images.
         seconds: How long to run after the grasp has begun [s]; None: until it is ended from outside.
@@ -142,6 +143,7 @@ class _Session:
         )
         self._inputs = self._make_inputs()
         self._view: LiveView | None = None
+        self._fusion: Fusion | None = None
 
     def carry_out(self) -> Status:
         """From opening the devices to the summary."""
@@ -156,7 +158,8 @@ class _Session:
                 )
                 self._view = stack.enter_context(LiveView(plan.view, setup))
             self._know_camera(camera.name, stack)
-            tracker = make_tracker(plan.tracker, plan.obj, camera.intrinsics, plan.hand)
+            form = plan.tracker.removesuffix(BACK)
+            tracker = make_tracker(form, plan.obj, camera.intrinsics, plan.hand)
             self._warm_up(tracker)
             pads = stack.enter_context(self._devices.open_pads())
             self._clock = RunClock()
@@ -388,12 +391,25 @@ class _Session:
             self._clock,
             self._plan.images,
             lambda: self._estimator.calibration,
+            self._hint,
         )
         workers.start("vision", vision.run)
         return vision
 
+    def _hint(self, seen: bool) -> gtsam.Pose3 | None:
+        """The fused pose, where the tracker is to be told and has lost itself.
+
+        Most frames have no visual pose of their own, so that it counts whether the tracker saw the object last.
+        """
+        last = None if self._fusion is None else self._fusion.last
+        if last is None or not self._plan.tracker.endswith(BACK):
+            return None
+        if seen and last.status != "contradicted":
+            return None
+        return pose_to_search_at(last)
+
     def _start_fusion(self, workers: Workers) -> Fusion:
-        fusion = Fusion(self._inputs, self._estimator, self._clock.now_ns)
+        self._fusion = fusion = Fusion(self._inputs, self._estimator, self._clock.now_ns)
         workers.start("fusion", fusion.run)
         return fusion
 

@@ -28,7 +28,7 @@ class Tracker:
         return SimpleNamespace(T_wo=None if self.asked[-1] in self.blind else POSE)
 
 
-def watch(tracker, count, joints_at=(0,)):
+def watch(tracker, count, joints_at=(0,), **given):
     """The streams after images at 0, 10, 20, ... ms, whose first pixel is their number."""
     inputs = Inputs(("joint",), ("pad",), lambda: 0, Recorder(None))
     for ms in joints_at:
@@ -38,7 +38,7 @@ def watch(tracker, count, joints_at=(0,)):
     now = [0.0]
     clock = RunClock(lambda: now[0])
     now[0] = 0.5
-    vision = Vision(camera, tracker, gtsam.Pose3(), inputs, clock, images=True)
+    vision = Vision(camera, tracker, gtsam.Pose3(), inputs, clock, images=True, **given)
     vision.run(SimpleNamespace(is_set=lambda: False))
     return inputs, vision
 
@@ -50,6 +50,21 @@ def test_each_image_is_tracked_with_the_joints_of_its_instant():
     assert [int(q[0]) for q in tracker.joints] == [0, 0, 15, 15]
     assert inputs.count("vision") == vision.images == 4
     assert vision.lost == 0
+
+
+def test_a_tracker_is_told_where_to_look_by_whether_it_saw_the_object_last():
+    tracker, asked = Tracker(blind={1}), []
+    tracker.told = []
+    tracker.search_at = tracker.told.append
+
+    def hint(seen):
+        asked.append(seen)
+        return None if seen else POSE
+
+    watch(tracker, 6, hint=hint)
+    assert tracker.asked == [0, 1, 3, 4, 5]  # it rests in image 2
+    assert asked == [True, True, False, True, True]
+    assert tracker.told == [POSE]
 
 
 def test_a_lost_object_is_looked_for_in_every_other_image_until_it_is_found():
