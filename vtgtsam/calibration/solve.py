@@ -79,6 +79,7 @@ def solve(
     camera_origin: np.ndarray,
     config: EstimatorConfig,
     touches: Sequence[Felt] = (),
+    settled: float = SETTLED,
 ) -> Solved:
     """Minimise the cost of all grasps and the prior.
 
@@ -89,6 +90,7 @@ def solve(
         camera_origin: The point that the camera's twist turns about, in the world [m], shape (3,).
         config: As the estimator's that tracked the grasps.
         touches: Touches of the hand with itself.
+        settled: A step of the offsets shorter than so much of the standard deviations believed before is none.
     """
     graphs = []
     values = gtsam.Values()
@@ -104,7 +106,7 @@ def solve(
     alone = gtsam.NonlinearFactorGraph()
     add_touches(alone, grasps[0].hand, touches)
     whole.push_back(alone)
-    values, iterations = _minimised(whole, values, np.sqrt(np.diag(prior.covariance)))
+    values, iterations = _minimised(whole, values, np.sqrt(np.diag(prior.covariance)), settled)
     said = [_said(graph, values) for graph in graphs]
     information = np.linalg.inv(prior.covariance) + sum(each.information for each in said)
     if touches:
@@ -114,7 +116,10 @@ def solve(
 
 
 def _minimised(
-    graph: gtsam.NonlinearFactorGraph, values: gtsam.Values, sigmas: np.ndarray
+    graph: gtsam.NonlinearFactorGraph,
+    values: gtsam.Values,
+    sigmas: np.ndarray,
+    settled: float,
 ) -> tuple[gtsam.Values, int]:
     """GTSAM's Levenberg-Marquardt, whose steps lower the cost, until the offsets stay where they are."""
     optimizer = gtsam.LevenbergMarquardtOptimizer(graph, values, _parameters())
@@ -122,7 +127,7 @@ def _minimised(
     while still < STILL and optimizer.iterations() < ITERATIONS:
         optimizer.iterate()
         now, lower = _offsets(optimizer.values()), optimizer.error()
-        still = still + 1 if np.linalg.norm((now - offsets) / sigmas) < SETTLED else 0
+        still = still + 1 if np.linalg.norm((now - offsets) / sigmas) < settled else 0
         if cost - lower <= DONE * cost:
             break
         offsets, cost = now, lower
