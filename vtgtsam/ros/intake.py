@@ -101,8 +101,8 @@ def joints_intake(topic: str, inputs: Inputs, clock: PublisherClock) -> Intake:
         if not names or len(names) != len(angles):
             raise Unusable(f"has {len(angles)} angles for {len(names)} names")
         stamp_ns = stamps.of(message)
-        clock.note(stamp_ns)
-        inputs.put_joints(stamp_ns, names, angles)
+        if inputs.put_joints(stamp_ns, names, angles):  # one that is refused tells nothing
+            clock.note(stamp_ns)
 
     return Intake(topic, (messages.JOINT_STATE,), take)
 

@@ -32,7 +32,7 @@ class PublisherClock:
         self.offset_ns = 0
 
     def note(self, stamp_ns: int) -> None:
-        """Hear a stamp, as its message comes."""
+        """Hear a stamp that is believed, as its message comes."""
         self._ahead.append(stamp_ns - self._now())
         ahead = max(self._ahead)
         self.offset_ns = ahead if abs(ahead) > OTHER_NS else 0

@@ -67,6 +67,23 @@ def test_joints_come_in_parts_and_in_any_order(bench):
     assert bench.inputs.joints_at(100 * S).tolist() == [1.0, 2.0, 3.0]
 
 
+def test_a_stamp_from_elsewhere_does_not_move_the_present_and_a_clock_that_jumped_does(bench):
+    take = joints_intake("/j", bench.inputs, bench.clock)
+    bench.inputs.on_forget = bench.clock.restart
+
+    def tell(stamp_ns):
+        bench.now += S // 100
+        take(Message(header=header(stamp_ns), name=list(JOINTS), position=[0.0] * 3))
+        return bench.clock.now_ns()
+
+    for k in range(20):
+        assert tell(9000 * S + k * S // 100) == 9000 * S + k * S // 100
+    assert abs(tell(2**31 * S) - 9000 * S) < S
+    for k in range(20):
+        present = tell(50 * S + k * S // 100)
+    assert abs(present - 50 * S) < S
+
+
 @pytest.mark.parametrize(
     ("names", "positions", "why"),
     [

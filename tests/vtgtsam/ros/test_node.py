@@ -3,11 +3,12 @@
 
 from __future__ import annotations
 
+import re
 import signal
 
 import numpy as np
 import pytest
-from node_bench import HERE, wait_until
+from node_bench import HERE, ROOT, wait_until
 
 pytest.importorskip("rclpy", reason="rclpy is not installed here: make test-ros has it")
 
@@ -48,12 +49,18 @@ def assert_replay_gives_the_poses(paths, poses):
 
 
 def test_another_robots_grasp_gives_the_poses_of_its_recording_replayed(
-    start_node, start_robot, listener, grasp, tmp_path
+    start, start_node, start_robot, listener, grasp, tmp_path
 ):
-    path = tmp_path / "run.mcap"
+    path, program = tmp_path / "run.mcap", tmp_path / "listen.py"
+    page = (ROOT / "docs" / "how-to" / "live.md").read_text(encoding="utf-8")
+    program.write_text(
+        re.search(r'title="listen.py"\n(.*?)```', page, re.DOTALL)[1], encoding="utf-8"
+    )
     node = start_node("--record", path)
+    documented = start(program)
     robot = start_robot("--late", "0.08")
     robot.wait_for("played")
+    documented.wait_for(" m, ")
     wait_until(lambda: listener.said("joints")[0] == ERROR)  # it is over, and that is said
     assert node.end() == 0, node.text
     assert len(listener.poses) > 100
