@@ -37,12 +37,15 @@ class Subscriptions:
     Args:
         node: The node.
         links: The topics.
-        latched: Those of them that may be sent once for all: they get a second subscription.
+        latched: Those of them that may be sent once for all: where a publisher keeps what it sent for those who come
+            later, they are subscribed so that they get it, beside the usual subscription for others.
     """
 
     def __init__(self, node: Node, links: list[Link], latched: list[Link]) -> None:
         self._node, self._links, self._latched = node, links, latched
-        self._made: dict[int, list[Any]] = {}
+        self._made: dict[
+            tuple[int, bool], Any
+        ] = {}  # by link, and whether it gets what was sent before
 
     def look(self) -> None:
         """See who publishes what now, and subscribe to it."""
@@ -54,26 +57,35 @@ class Subscriptions:
             )
             types = {p.topic_type for p in found}
             if link.type not in types and types:
-                self._subscribe(link, sorted(types))
+                self._choose(link, sorted(types))
+            if link.type in types:
+                for p in found:
+                    kept = p.qos_profile.durability == DurabilityPolicy.TRANSIENT_LOCAL
+                    self._subscribe(link, kept and link in self._latched)
 
-    def _subscribe(self, link: Link, types: list[str]) -> None:
+    def _choose(self, link: Link, types: list[str]) -> None:
+        """The type of a topic, of those that its publishers have."""
         wanted = [name for name in types if name in link.intake.types]
         if not wanted:
             link.problem = f"{link.intake.topic} has type {', '.join(types)}, expected {' or '.join(link.intake.types)}"
             return
-        message_class = _message_class(wanted[0])
-        if message_class is None:
+        if _message_class(wanted[0]) is None:
             link.problem = _missing(link.intake.topic, wanted[0])
             return
-        for old in self._made.pop(id(link), []):
-            self._node.destroy_subscription(old)
-        profiles = [INPUT, LATCHED] if link in self._latched else [INPUT]
-        self._made[id(link)] = [
-            self._node.create_subscription(message_class, link.intake.topic, link.intake, profile)
-            for profile in profiles
-        ]
+        for kept in (False, True):
+            if (old := self._made.pop((id(link), kept), None)) is not None:
+                self._node.destroy_subscription(old)
         link.type, link.problem = wanted[0], ""
         self._node.get_logger().info(f"{link.intake.topic}: {link.type}")
+
+    def _subscribe(self, link: Link, kept: bool) -> None:
+        if (id(link), kept) not in self._made:
+            self._made[id(link), kept] = self._node.create_subscription(
+                _message_class(link.type),
+                link.intake.topic,
+                link.intake,
+                LATCHED if kept else INPUT,
+            )
 
 
 def _message_class(name: str) -> Any:
