@@ -22,6 +22,7 @@ from typing import TYPE_CHECKING, Any
 
 import gtsam
 import rclpy
+from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 
 from ..estimator import PoseEstimator
@@ -143,7 +144,7 @@ class PoseNode:
         Raises:
             BaseException: What ended one of the threads.
         """
-        executor = rclpy.executors.SingleThreadedExecutor()
+        executor = SingleThreadedExecutor()
         executor.add_node(self._node)
         try:
             while not stop.is_set() and rclpy.ok():
