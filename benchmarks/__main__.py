@@ -278,6 +278,50 @@ def exactness(
     run(stored, recordings)
 
 
+@app.command()
+def experiments(
+    out: Annotated[
+        Path, typer.Option(help="Folder for recordings and evaluations (0.1 GB a part).")
+    ],
+    conditions: Annotated[
+        str, typer.Option(help="Separated by commas.")
+    ] = "paper,paper-robot,stereo,stereo-robot",
+    datasets: Annotated[str, typer.Option(help="Separated by commas.")] = "vary,occ",
+    robots: Annotated[str, typer.Option(help="Numbers, separated by commas.")] = "0,1,2,3,4",
+    objects: Annotated[
+        str | None, typer.Option(help="Names separated by commas; else the datasets' 17.")
+    ] = None,
+    ycb: Annotated[
+        Path | None,
+        typer.Option(envvar="VTGTSAM_YCB", help="Directory of YCB meshes to use."),
+    ] = None,
+    jobs: Annotated[int, typer.Option(min=1, help="Processes to use.")] = 2,
+) -> None:
+    """The paper's experiments, and what they are worth with a stereo camera on a robot that is off.
+
+    Some hours in all; each condition, dataset and robot is a part of 10 to 20 minutes, and what is there is kept.
+    """
+    from sim.objects import object_names
+
+    from .experiments import CONDITIONS, Part, run
+
+    chosen = conditions.split(",")
+    unknown = [name for name in chosen if name not in CONDITIONS]
+    if unknown:
+        raise typer.BadParameter(
+            f"expected some of {', '.join(CONDITIONS)}, got {', '.join(unknown)}",
+            param_hint="--conditions",
+        )
+    meshes = None if ycb is None else str(ycb.resolve())
+    parts = [
+        Part(condition, dataset, int(robot), meshes)
+        for condition in chosen
+        for dataset in datasets.split(",")
+        for robot in robots.split(",")
+    ]
+    run(parts, object_names(objects.split(",") if objects else None, ycb), out, jobs)
+
+
 @app.callback()
 def benchmarks() -> None:
     """How fast and how exact the estimator is. Each command writes into benchmarks/results/."""
