@@ -49,11 +49,12 @@ from vtgtsam.recording.provenance import mesh_file, object_metadata
 from vtgtsam.vision.depth_tracker import DepthTracker, make_tracker
 from vtgtsam.vision.first_pose import Candidate
 from vtgtsam.vision.hand_back import BACK, pose_to_search_at
+from vtgtsam.vision.in_hand import APART
 
 from .ages import GIVE_UP, ages, check_ages
 from .calibrating import remark, robot_of
 from .devices import Devices
-from .find import APART, as_start, find_object, still_image
+from .find import as_start, find_object, still_image
 from .fingers import Fingers, Phase
 from .sensors import Pads, Vision
 from .status import Status
