@@ -17,6 +17,7 @@ from .collect import CONDITION, Collected, collect
 from .significance import noise_tests, paired_tests, time_tests
 from .summary import over_time, summarise
 
+LONGEST_CELL = 5000  # [characters] of a note or a problem
 _UNITS = {"_m": ("_mm", 1e3), "_rad": ("_deg", 57.29577951308232)}  # in tables for people
 
 
@@ -127,4 +128,6 @@ def _read_sequences(out: Path) -> pd.DataFrame:
             f"{out / store.SEQUENCES} lists {plain(', '.join(doubles))} more than once; "
             "`vtgtsam evaluate` with the same recordings makes it again from what is stored"
         )
+    shown = [name for name in table if name != "sequence"]  # which names its files
+    table[shown] = table[shown].map(lambda text: plain(text, LONGEST_CELL))
     return table
