@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """What evaluating recordings costs: processor time, memory and disk, and what many hours would.
 
-    python tools/cost.py demo-output/seed-0/recordings/depth --hours 10000
+    python tools/cost.py demo-output/seed-0/judging --hours 10000
 
 Evaluates growing numbers of copies of the given recordings, and one recording made longer and longer, each
 in a fresh process. Prints what was measured, and what follows for many hours from the slopes.
