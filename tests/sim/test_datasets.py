@@ -293,10 +293,10 @@ def test_another_version_of_the_code_is_noticed(tmp_path, spy, caplog):
 def test_rejected_samples_are_counted_with_their_reasons(tmp_path, spy, monkeypatch):
     sample = sequence.sample_sequence
 
-    def rejecting(world, dataset, rng):
+    def rejecting(world, dataset, rng, event):
         if world.obj.name == "can":
             raise NotGraspable("isyhand cannot grasp can: 2 x slips", Counter({"slips": 2}))
-        accepted = sample(world, dataset, rng)
+        accepted = sample(world, dataset, rng, event)
         return dataclasses.replace(
             accepted, rejections=("slips", "overlaps the hand at the start", "slips")
         )

@@ -73,6 +73,9 @@ def evaluate(
 
     Interrupted, it goes on where it stopped when called again.
     """
+    from ..extras import require
+
+    require("evaluate", "an evaluation needs", "pandas", "pyarrow", "joblib", "threadpoolctl")
     from ..evaluation.folder import in_use
     from ..evaluation.methods import check_methods, default_methods, load_config
     from ..evaluation.printing import tables_text

@@ -16,6 +16,9 @@ def report(
     folder: Annotated[Path, typer.Argument(help="Folder that `vtgtsam evaluate` wrote.")],
 ) -> None:
     """Make tables, figures and report.html again from what is stored, without estimating anything."""
+    from ..extras import require
+
+    require("evaluate", "a report needs", "pandas", "pyarrow")
     from ..evaluation.folder import in_use
     from ..evaluation.printing import tables_text
     from ..evaluation.tables import check_finished, make_tables

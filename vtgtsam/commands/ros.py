@@ -56,6 +56,7 @@ def ros(
     option is a parameter, too.
     """
     from ..exceptions import LiveError
+    from ..extras import install_line
 
     if launch_file or messages:
         typer.echo(_LAUNCH_FILE if launch_file else _MESSAGES)
@@ -65,7 +66,7 @@ def ros(
     except ImportError as error:
         raise LiveError(
             f"the Python package rclpy of ROS 2 cannot be loaded ({error}): source your ROS's setup.bash, or "
-            "pip install 'vtgtsam[ros]'"
+            f"{install_line('ros')}"
         ) from None
     from ..ros.node import run
     from ..ros.settings import Given

@@ -5,7 +5,3 @@
 from the stored errors alone, and ``figures`` and ``report`` what people look at, so that they can be made
 again without estimating anything.
 """
-
-from ..extras import require
-
-require("evaluate", "an evaluation needs", "pandas", "pyarrow", "joblib", "threadpoolctl")

@@ -38,6 +38,7 @@ def run_tasks(
     if scheduler is None and jobs == 1:
         yield from map(function, tasks)
         return
+    require("evaluate", "several processes need", "joblib", "threadpoolctl")
     import joblib
     from joblib.externals.loky.process_executor import TerminatedWorkerError
 

@@ -128,6 +128,6 @@ def _read_sequences(out: Path) -> pd.DataFrame:
             f"{out / store.SEQUENCES} lists {plain(', '.join(doubles))} more than once; "
             "`vtgtsam evaluate` with the same recordings makes it again from what is stored"
         )
-    shown = [name for name in table if name != "sequence"]  # which names its files
-    table[shown] = table[shown].map(lambda text: plain(text, LONGEST_CELL))
+    for name in table.columns.drop("sequence"):  # which names its files
+        table[name] = [plain(text, LONGEST_CELL) for text in table[name]]
     return table

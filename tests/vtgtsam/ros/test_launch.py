@@ -11,6 +11,7 @@ import pytest
 from typer.testing import CliRunner
 
 from vtgtsam.cli import app
+from vtgtsam.extras import install_line
 
 
 @pytest.fixture
@@ -88,4 +89,4 @@ def test_without_rclpy_the_command_says_what_to_do(monkeypatch):
 
     result = CliRunner().invoke(app, ["ros"])
     assert isinstance(result.exception, LiveError)
-    assert "source your ROS's setup.bash, or pip install 'vtgtsam[ros]'" in str(result.exception)
+    assert f"source your ROS's setup.bash, or {install_line('ros')}" in str(result.exception)
