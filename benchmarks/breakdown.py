@@ -17,7 +17,7 @@ from unittest.mock import patch
 import gtsam
 import numpy as np
 
-from vtgtsam import estimator
+from vtgtsam import estimator, solver
 from vtgtsam.graph import FrameFactors
 from vtgtsam.sdf.search import ClosestPoints
 
@@ -104,9 +104,9 @@ def watched(watch: Stopwatch) -> Iterator[None]:
     doors = (
         (estimator.PoseEstimator, "update", REST),
         (estimator, "check", CHECKING),
-        (estimator, "frame_factors", BUILDING),
+        (solver, "frame_factors", BUILDING),
         (FrameFactors, "graph", BUILDING),
-        (estimator, "optimize", GTSAM),
+        (solver, "optimize", GTSAM),
         (ClosestPoints, "search", SEARCH),
     )
     with ExitStack() as stack:

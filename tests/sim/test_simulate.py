@@ -185,7 +185,7 @@ def test_an_object_that_only_lies_on_the_palm_is_not_grasped():
 def test_reasons_are_kept_in_order_and_counted_when_no_sample_is_accepted(world, monkeypatch):
     reasons = iter(["slips", "overlaps", "slips", "falls", "holds"])
 
-    def next_reason(world, T_wo):
+    def next_reason(world, T_wo, event):
         if (reason := next(reasons)) == "holds":
             return "trajectory"
         raise Rejected(reason)
