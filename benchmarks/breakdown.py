@@ -17,7 +17,8 @@ from unittest.mock import patch
 import gtsam
 import numpy as np
 
-from vtgtsam import estimator, solver
+from vtgtsam import estimator
+from vtgtsam import solver as frame_solver
 from vtgtsam.graph import FrameFactors
 from vtgtsam.sdf.search import ClosestPoints
 
@@ -104,9 +105,9 @@ def watched(watch: Stopwatch) -> Iterator[None]:
     doors = (
         (estimator.PoseEstimator, "update", REST),
         (estimator, "check", CHECKING),
-        (solver, "frame_factors", BUILDING),
+        (frame_solver, "frame_factors", BUILDING),
         (FrameFactors, "graph", BUILDING),
-        (solver, "optimize", GTSAM),
+        (frame_solver, "optimize", GTSAM),
         (ClosestPoints, "search", SEARCH),
     )
     with ExitStack() as stack:
