@@ -4,8 +4,10 @@ VENV   ?= .venv
 BIN    := $(VENV)/bin
 WORKERS ?= 2
 ROS    ?= .venv-ros
+LEROBOT ?= .venv-lerobot
+PYTHON12 ?= python3.12
 
-.PHONY: demo test test-ros slow fuzz check setup docs wheel theseus clean
+.PHONY: demo test test-ros test-lerobot slow fuzz check setup docs wheel theseus clean
 
 setup: $(VENV)/.installed
 
@@ -26,6 +28,14 @@ test-ros: $(ROS)/.installed
 
 $(ROS)/.installed: pyproject.toml tools/ros.sh
 	PYTHON="$(PYTHON)" ROS="$(ROS)" sh tools/ros.sh
+	@touch $@
+
+# The dataset that `vtgtsam export-lerobot` writes, read back by the genuine LeRobot; needs a Python 3.12.
+test-lerobot: $(LEROBOT)/.installed
+	$(LEROBOT)/bin/python -m pytest tests/vtgtsam/evaluation/test_genuine_lerobot.py
+
+$(LEROBOT)/.installed: pyproject.toml tools/lerobot.sh
+	PYTHON="$(PYTHON12)" LEROBOT="$(LEROBOT)" sh tools/lerobot.sh
 	@touch $@
 
 slow: setup
@@ -55,4 +65,4 @@ theseus:
 	PYTHON="$(PYTHON)" sh tools/theseus.sh
 
 clean:
-	rm -rf $(VENV) $(ROS) demo-output site dist .pytest_cache .mypy_cache .ruff_cache
+	rm -rf $(VENV) $(ROS) $(LEROBOT) demo-output site dist .pytest_cache .mypy_cache .ruff_cache

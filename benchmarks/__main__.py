@@ -13,12 +13,9 @@ os.environ.setdefault(
 
 import typer
 
-app = typer.Typer(
-    no_args_is_help=True,
-    add_completion=False,
-    pretty_exceptions_enable=False,
-    rich_markup_mode=None,
-)
+from vtgtsam.commands.group import command_line
+
+app = command_line("python -m benchmarks")
 
 
 @app.command()

@@ -14,6 +14,7 @@ from collections.abc import Callable
 import typer
 
 from vtgtsam.commands.edge import edge
+from vtgtsam.commands.group import command_line
 
 from .commands.calibrate_wrist import calibrate_wrist
 from .commands.check import check
@@ -25,13 +26,7 @@ from .stop_signals import stop_on_signals
 
 INTERRUPTED = 130  # 128 + SIGINT, as shells count
 
-app = typer.Typer(
-    name="python -m hardware",
-    no_args_is_help=True,
-    add_completion=False,
-    pretty_exceptions_enable=False,
-    rich_markup_mode=None,
-)
+app = command_line("python -m hardware")
 
 
 def _interruptible(command: Callable[..., None]) -> Callable[..., None]:

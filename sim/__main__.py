@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from vtgtsam.commands.edge import edge
+from vtgtsam.commands.group import command_line
 from vtgtsam.commands.options import Force, refuse_existing
 
 if TYPE_CHECKING:
@@ -22,13 +23,7 @@ if TYPE_CHECKING:
 SOME_FAILED = 3
 INTERRUPTED = 130  # 128 + SIGINT, as shells count
 
-app = typer.Typer(
-    name="python -m sim",
-    no_args_is_help=True,
-    add_completion=False,
-    pretty_exceptions_enable=False,
-    rich_markup_mode=None,
-)
+app = command_line("python -m sim")
 
 
 @app.callback()

@@ -20,6 +20,8 @@ from .commands.check_mesh import check_mesh
 from .commands.convert import convert
 from .commands.edge import edge
 from .commands.evaluate import evaluate
+from .commands.export_lerobot import export_lerobot
+from .commands.group import command_line
 from .commands.inspect import inspect
 from .commands.report import report
 from .commands.ros import ros
@@ -27,13 +29,7 @@ from .commands.sdf import sdf
 from .commands.view import view
 from .commands.warm_up import warm_up
 
-app = typer.Typer(
-    name="vtgtsam",
-    no_args_is_help=True,
-    add_completion=False,
-    pretty_exceptions_enable=False,
-    rich_markup_mode=None,  # plain text, and rich need not be imported
-)
+app = command_line("vtgtsam", completion=True)
 for command in (
     evaluate,
     report,
@@ -42,6 +38,7 @@ for command in (
     view,
     convert,
     attach_vision,
+    export_lerobot,
     check_hand,
     suggest_pads,
     check_mesh,

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: MIT
 import os
+import re
 import subprocess
 import sys
 
@@ -54,6 +55,31 @@ def test_nothing_heavy_is_imported_for_help():
         [sys.executable, "-c", code], capture_output=True, text=True, check=True
     )
     assert answer.stdout.strip() == "[]"
+
+
+def test_every_command_answers_h_and_is_summarised_in_a_whole_sentence(run, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "80")
+    code, listed, _ = run("-h")
+    commands = listed.split("Commands:")[1]
+    assert code == 0 and "..." not in commands
+    names = re.findall(r"^  ([a-z-]+)  +[A-Z]", commands, flags=re.MULTILINE)
+    assert len(names) == len(cli.app.registered_commands)
+    for name in names:
+        assert run(name, "-h")[0] == 0
+
+
+def test_commands_are_completed_by_the_shell():
+    program = (
+        "import sys; sys.argv[0] = 'vtgtsam'; from vtgtsam.cli import app; app(prog_name='vtgtsam')"
+    )
+    words = {
+        "_VTGTSAM_COMPLETE": "complete_bash",
+        "COMP_WORDS": "vtgtsam check-",
+        "COMP_CWORD": "1",
+    }
+    command = [sys.executable, "-c", program]
+    answer = subprocess.run(command, env=os.environ | words, capture_output=True, text=True)
+    assert answer.stdout.split() == ["check-hand", "check-mesh"]
 
 
 def test_version_says_what_it_is(run):
