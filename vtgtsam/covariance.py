@@ -3,10 +3,8 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
-from scipy.linalg.lapack import dposv
+from scipy.linalg.lapack import dlange, dposv
 
 LEVER = 0.1  # [m], a radian is weighed as this many metres: the size of an object in a hand
 # To information about metres in all six directions.
@@ -54,8 +52,8 @@ def _well_known(information: np.ndarray) -> np.ndarray | None:
 
 
 def _norm(matrix: np.ndarray) -> float:
-    flat = matrix.ravel("K")
-    return math.sqrt(flat.dot(flat))
+    """Frobenius norm, whatever the size: a robust loss can leave an information of 1e-160, whose inverse is huge."""
+    return float(dlange("F", matrix))
 
 
 def _pseudo_inverse(information: np.ndarray) -> np.ndarray:

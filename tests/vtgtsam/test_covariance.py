@@ -2,7 +2,7 @@
 import numpy as np
 import pytest
 
-from vtgtsam.covariance import all_held, covariance_of
+from vtgtsam.covariance import all_held, covariance_of, known_inverse
 
 SCALES = np.array([0.1, 0.1, 0.1, 1.0, 1.0, 1.0])  # [m], a radian counts as a tenth of a metre
 
@@ -55,3 +55,11 @@ def test_a_direction_is_held_with_a_share_of_the_best_ones_information(axis):
 
 def test_nothing_is_not_a_share_of_nothing():
     assert not all_held(np.zeros((6, 6)), 1e-3)
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("left", [1e-155, 1e-250, 1e-310])
+def test_what_a_robust_loss_leaves_of_an_outlier_is_nothing_and_no_overflow(left):
+    information = left * random_information(0)
+    assert np.isposinf(np.diag(covariance_of(information))).all()
+    assert (known_inverse(information) == 0).all()
