@@ -91,6 +91,7 @@ def write_grip(
     hand_xml: str = HAND_XML,
     device: str = "",
     old_covariances: bool = False,
+    started: str = "",
 ) -> Path:
     """A recording at 30 Hz.
 
@@ -106,6 +107,7 @@ def write_grip(
         hand_xml: The attached hand.
         device: The camera's name.
         old_covariances: Whether the visual poses' hold the camera's error too, as they once did.
+        started: When the live run began that made it; empty: none made it.
     """
     rng = np.random.default_rng(seed)
     half = np.array([*rng.uniform(0.018, 0.028, 2), HALF_Z - 1e-4])
@@ -122,6 +124,8 @@ def write_grip(
         "camera": device,
         "calibration_error": "yes",
     }
+    if started:
+        info["started"] = started
     if not old_covariances:
         info["visual_covariance"] = "tracker"
     with RecordingWriter(path, info, hand_xml=hand_xml, mesh=obj) as writer:

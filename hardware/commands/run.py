@@ -87,6 +87,10 @@ def run(
     calibrate: Annotated[
         bool, typer.Option("--calibrate", help="Calibrate camera and joints while it works.")
     ] = False,
+    calibration_out: Annotated[
+        Path | None,
+        typer.Option(help="Calibrate while it works, and write what was found to this YAML file."),
+    ] = None,
     seed: Annotated[int, typer.Option(min=0, help="Of the emulation's noise.")] = 0,
     force: Force = False,
 ) -> None:
@@ -102,7 +106,7 @@ def run(
     if tracker.removesuffix(BACK) not in FORMS:
         expected = f"{' or '.join(FORMS)}, or one of them with {BACK}"
         raise typer.BadParameter(f"expected {expected}", param_hint="--tracker")
-    for file in (record, save_view):
+    for file in (record, save_view, calibration_out):
         if file is not None:
             refuse_existing(file, force)
     where = live_page(view, view_host, view_port, save_view, typer.echo)
@@ -111,6 +115,7 @@ def run(
         description = description.model_copy(update=EMULATED)
     model, grasp = load_hand_and_grasp(description)
     settings = _config(config)
+    calibrate = calibrate or calibration_out is not None
     if calibrate and not settings.memory:
         raise typer.BadParameter(
             f"calibrating needs settings with memory, those of {config!r} have none",
@@ -131,6 +136,7 @@ def run(
         view=where,
         calibration=None if calibration is None else Calibration.from_yaml(calibration),
         calibrate=calibrate,
+        calibration_out=calibration_out,
     )
     if emulate:
         with _emulated(plan, description, seed) as devices:

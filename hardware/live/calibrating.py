@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""A live run's calibration: whose it must be, and what a run that calibrates has found."""
+"""A live run's calibration: whose it must be, and how the camera sees the hand."""
 
 from __future__ import annotations
 
@@ -38,15 +38,3 @@ def as_seen(
     if calibration is None:
         return joints, T_wh
     return joints - calibration.zeros, calibration.camera_motion.compose(T_wh)
-
-
-def remark(before: Calibration | None, found: Calibration | None) -> str:
-    """What a run that calibrates has found, for people."""
-    if found is None or found is before:
-        return "this grasp has not calibrated anything"
-    turn, shift = np.linalg.norm(found.camera[:3]), np.linalg.norm(found.camera[3:])
-    return (
-        f"calibrated while it worked: the camera is off by {1000 * shift:.1f} mm and {np.rad2deg(turn):.1f} degrees, "
-        f"joints by up to {np.rad2deg(np.abs(found.zeros).max()):.1f} degrees. This is not kept: `vtgtsam calibrate` "
-        "makes a file of recorded grasps"
-    )

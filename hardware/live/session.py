@@ -36,8 +36,10 @@ from vtgtsam import (
     adds,
 )
 from vtgtsam.calibration.online import OnlineCalibration
+from vtgtsam.calibration.sources import run_of
 from vtgtsam.exceptions import LiveError
 from vtgtsam.grasp import GraspDescription
+from vtgtsam.live.calibrating import kept
 from vtgtsam.live.clock import RunClock
 from vtgtsam.live.fusion import Estimator, Fusion, vision_hold
 from vtgtsam.live.inputs import Inputs
@@ -52,7 +54,7 @@ from vtgtsam.vision.hand_back import BACK, pose_to_search_at
 from vtgtsam.vision.in_hand import APART
 
 from .ages import GIVE_UP, ages, check_ages
-from .calibrating import remark, robot_of
+from .calibrating import robot_of
 from .devices import Devices
 from .find import as_start, find_object, still_image
 from .fingers import Fingers, Phase
@@ -92,6 +94,7 @@ class Plan:
         view: Where to show the run in Rerun, or None.
         calibration: What is known of the robot's camera and joints, or None.
         calibrate: Whether to find out more while it works.
+        calibration_out: The file to write that to when the run ends, or None.
     """
 
     hand: HandModel
@@ -108,6 +111,7 @@ class Plan:
     view: Where | None = None
     calibration: Calibration | None = None
     calibrate: bool = False
+    calibration_out: Path | None = None
 
 
 def carry_out(plan: Plan, devices: Devices, ask: Ask | None, say: Callable[[str], None]) -> Status:
@@ -138,6 +142,7 @@ class _Session:
     ) -> None:
         self._plan, self._devices, self._ask, self._say = plan, devices, ask, say
         self._clock = RunClock()
+        self._started = datetime.now(UTC).isoformat(timespec="seconds")
         self._recorder = Recorder(None)
         self._estimator: Estimator = PoseEstimator(
             plan.hand, plan.obj, plan.config, plan.calibration
@@ -194,8 +199,9 @@ class _Session:
             *vision.remarks(),
             *self._recorder.remarks(),
         ]
-        if plan.calibrate:
-            status.remarks.append(remark(plan.calibration, self._estimator.calibration))
+        if isinstance(self._estimator, OnlineCalibration):
+            runs = [] if plan.record is None else [run_of({"started": self._started})]
+            status.remarks.append(kept(self._estimator, runs, plan.calibration_out))
         if not fusion.count:
             raise LiveError("; ".join([_why_no_pose(vision), *status.remarks]))
         return status
@@ -237,7 +243,7 @@ class _Session:
             "hand": plan.hand.name,
             "dataset": "live",
             "tracker": plan.tracker,
-            "started": datetime.now(UTC).isoformat(timespec="seconds"),
+            "started": self._started,
             "config": json.dumps(plan.config.model_dump(mode="json"), sort_keys=True),
             "emulated": "no" if self._devices.lost is None else "yes",
             names.CAMERA: camera,

@@ -97,12 +97,18 @@ class OnlineCalibration:
         self._asked: float | None = None  # when
         self._learnt: Answer | None = None  # what is in force from this grasp
         self._grasps = 0
+        self._shown = False
         self._begin_grasp()
 
     @property
     def calibration(self) -> Calibration | None:
         """The calibration in force; None: none yet."""
         return self.estimator.calibration
+
+    @property
+    def learnt(self) -> bool:
+        """Whether a grasp has shown anything of the robot that still holds."""
+        return self._shown or self._learnt is not None
 
     def update(self, measurement: Measurement) -> Estimate:
         """Fuse one frame, as ``PoseEstimator.update``."""
@@ -214,6 +220,7 @@ class OnlineCalibration:
         """What this grasp has shown is known from now on."""
         if self._learnt is not None and self._known is not None:
             self._known = self._known._replace(belief=self._learnt.belief)
+            self._shown = True
         self._learnt = None
         self._begin_grasp()
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import hashlib
 import os
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -31,12 +31,14 @@ class Source:
     Attributes:
         name: What it is called.
         digest: What tells it from others.
+        run: What tells the live run that made it from others; empty where none did.
         recording: The recording.
         frames: Its measurements.
     """
 
     name: str
     digest: str
+    run: str
     recording: Recording
     frames: Sequence[Measurement]
 
@@ -66,8 +68,9 @@ def read_sources(
         except (VtgtsamError, ValueError, OSError) as error:
             left_out[name] = " ".join(str(error).split())
         else:
-            if source.digest in seen:
-                left_out[name] = f"the same as {seen[source.digest]}"
+            known = seen.get(source.digest) or seen.get(source.run)
+            if known:
+                left_out[name] = f"the same as {known}"
             else:
                 seen[source.digest] = name
                 sources.append(source)
@@ -101,7 +104,14 @@ def _named(recordings: Recordings) -> dict[str, Recording | Path]:
 def _source(name: str, given: Recording | Path, topics: TopicMap | None) -> Source:
     recording = given if isinstance(given, Recording) else read_recording(given, topics=topics)
     recording.object  # noqa: B018  reads it, so that what is wrong with it is known now
-    return Source(name, _digest(recording), recording, evaluation_frames(recording))
+    frames = evaluation_frames(recording)
+    return Source(name, _digest(recording), run_of(recording.info), recording, frames)
+
+
+def run_of(metadata: Mapping[str, str]) -> str:
+    """What tells a live run from others, as ``Calibration.made_from`` has it; empty where a recording is of none."""
+    started = metadata.get("started", "")
+    return f"run of {started}" if started else ""
 
 
 def _digest(recording: Recording) -> str:

@@ -11,6 +11,7 @@ COMMANDS = {
     "calibrate-wrist": "calibrate-wrist --emulate --wrist FILE",
     "calibrate-joints": "calibrate-joints --out FILE --servos /dev/null",
     "run, its recording": "run --emulate --object can --record FILE",
+    "run, what it has calibrated": "run --emulate --object can --calibration-out FILE",
     "run, its view": "run --emulate --object can --save-view FILE",
 }
 

@@ -326,9 +326,13 @@ def calibration(camera):
 
 def test_a_run_that_calibrates_records_what_it_corrected_with_and_can_be_replayed(bench, tmp_path):
     known, path = calibration("scene"), tmp_path / "run.mcap"
-    status = bench.run(calibration=known, calibrate=True, record=path, images=False)
+    kept = tmp_path / "kept.yaml"
+    status = bench.run(
+        calibration=known, calibrate=True, calibration_out=kept, record=path, images=False
+    )
     assert bench.all_off()
-    assert status.remarks[-1] == "this grasp has not calibrated anything"  # nothing touches
+    nothing = f"nothing was learnt of camera and joints: {kept} is not written"  # nothing touches
+    assert status.remarks[-1] == nothing and not kept.exists()
     recording = read_recording(path)
     assert recording.info["camera"] == "scene"
     assert recording.calibrations.first.joint_zeros == known.joint_zeros
