@@ -31,7 +31,8 @@ if TYPE_CHECKING:
     import gtsam
 
     from hardware.live.devices import Devices
-    from hardware.live.session import Ask, Plan
+    from hardware.live.person import Ask
+    from hardware.live.plan import Plan
     from hardware.servo.description import HandDescription
     from vtgtsam import EstimatorConfig
 
@@ -97,7 +98,7 @@ def run(
     """Close the hand round an object, track it, and record everything."""
     from hardware.live.ages import GIVE_UP
     from hardware.live.devices import Ports, load_hand_and_grasp, real_devices
-    from hardware.live.session import Plan
+    from hardware.live.plan import Plan
     from hardware.servo.description import load_description
     from vtgtsam import Calibration, load_object
     from vtgtsam.vision.depth_tracker import FORMS

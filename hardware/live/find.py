@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 
 import gtsam
 import numpy as np
@@ -13,8 +14,9 @@ from vtgtsam import HandModel, ObjectModel, adds
 from vtgtsam.exceptions import LiveError
 from vtgtsam.vision.alignment import Shape
 from vtgtsam.vision.first_pose import Candidate, candidates
-from vtgtsam.vision.in_hand import IMAGES, object_view, rivals
+from vtgtsam.vision.in_hand import APART, IMAGES, object_view, rivals
 
+PLACING = 60.0  # [s], the most that putting the object there may take where nobody is asked
 OLD_IMAGES = 60  # how many may come that were taken before they were asked for
 
 
@@ -39,6 +41,34 @@ def find_object(
     """
     view = object_view(still_image(camera), camera.intrinsics, obj, hand, joints, T_ch)
     return choose([] if view is None else candidates(Shape(obj.sdf), view), obj, T_ch)
+
+
+def wait_for_object(
+    find: Callable[[], Candidate], obj: ObjectModel, watch: Callable[[], None]
+) -> Candidate:
+    """Pose T_co of the object once it is found twice at the same place: then nobody holds it any more.
+
+    Args:
+        find: Finds it, or raises a LiveError.
+        obj: The object.
+        watch: Looks after the run meanwhile; raises where it has to end.
+
+    Raises:
+        LiveError: It did not come within ``PLACING``; why it was not found last.
+    """
+    deadline, before = time.monotonic() + PLACING, None
+    while True:
+        watch()
+        try:
+            found = find()
+        except LiveError:
+            if time.monotonic() > deadline:
+                raise
+            before = None
+            continue
+        if before is not None and adds(obj.mesh, found.T_co, before.T_co) < APART:
+            return found
+        before = found
 
 
 def choose(found: list[Candidate], obj: ObjectModel, T_ch: gtsam.Pose3) -> Candidate:

@@ -11,107 +11,50 @@ goes off first.
 
 from __future__ import annotations
 
-import json
 import sys
 import time
 from collections.abc import Callable
 from contextlib import ExitStack
-from dataclasses import dataclass
 from datetime import UTC, datetime
-from pathlib import Path
 
 import gtsam
-import numpy as np
 
 from hardware.camera.camera import Camera
 from hardware.camera.hand_view import check_hand_view
 from hardware.device import HandDevice, PadDevice
-from vtgtsam import (
-    Calibration,
-    EstimatorConfig,
-    HandModel,
-    Measurement,
-    ObjectModel,
-    PoseEstimator,
-    adds,
-)
+from vtgtsam import Calibration, PoseEstimator
 from vtgtsam.calibration.online import OnlineCalibration
 from vtgtsam.calibration.sources import run_of
 from vtgtsam.exceptions import LiveError
-from vtgtsam.grasp import GraspDescription
 from vtgtsam.live.calibrating import kept
 from vtgtsam.live.clock import RunClock
 from vtgtsam.live.fusion import Estimator, Fusion, vision_hold
 from vtgtsam.live.inputs import Inputs
 from vtgtsam.live.recorder import Recorder
 from vtgtsam.live.threads import Workers
-from vtgtsam.live.view import LiveView, Setup, Where
-from vtgtsam.recording import RecordingWriter, names
-from vtgtsam.recording.provenance import mesh_file, object_metadata
+from vtgtsam.live.view import LiveView, Setup
 from vtgtsam.vision.depth_tracker import DepthTracker, make_tracker
 from vtgtsam.vision.first_pose import Candidate
 from vtgtsam.vision.hand_back import BACK, pose_to_search_at
-from vtgtsam.vision.in_hand import APART
 
-from .ages import GIVE_UP, ages, check_ages
+from .ages import ages, check_ages
 from .calibrating import robot_of
 from .devices import Devices
-from .find import as_start, find_object, still_image
+from .find import PLACING, as_start, find_object, still_image, wait_for_object
 from .fingers import Fingers, Phase
+from .opening import wait_until_open
+from .person import Ask, Person
+from .plan import Plan
+from .recording import open_recording
 from .sensors import Pads, Vision
 from .status import Status
+from .warm_up import warm_up
 
 HOLD = 2.0  # [s], the closed hand is watched for so long before an emulated run ends
-_OPENING = 15.0  # [s], the most that opening the hand may take
-_PLACING = 60.0  # [s], the most that putting the object there may take where nobody is asked
 _SWITCH = (
     0.0005  # [s], after which a computing thread lets others in; Python's 5 ms make ticks late
 )
-_SETTLING = 2.0  # [s], the most that is waited for the open hand to come to rest
-_STILL = 0.005  # [rad], what a joint at rest may move in 0.2 s
 _GLANCE = 0.1  # [s], how often the main thread looks
-
-# Shows a request and waits until a person has done it, calling the function it is given at least every 0.1 s.
-Ask = Callable[[str, Callable[[], None]], None]
-
-
-@dataclass(frozen=True, eq=False)
-class Plan:
-    """What to do.
-
-    Attributes:
-        hand: Its model.
-        grasp: How it closes.
-        obj: The object.
-        config: The estimator's settings.
-        T_ho: The object's first pose in the hand frame; None: the camera finds it.
-        tracker: Form of the visual tracker, "depth" or "depth-hand"; with "+back" it is handed fused poses.
-        record: The file to record to, or None.
-        images: Whether the recording has the images.
-        seconds: How long to run after the grasp has begun [s]; None: until it is ended from outside.
-        ends_after_grasp: Whether to end when the hand has closed, and held for a moment.
-        give_up: How long joints or pads may be silent before the run ends [s].
-        view: Where to show the run in Rerun, or None.
-        calibration: What is known of the robot's camera and joints, or None.
-        calibrate: Whether to find out more while it works.
-        calibration_out: The file to write that to when the run ends, or None.
-    """
-
-    hand: HandModel
-    grasp: GraspDescription
-    obj: ObjectModel
-    config: EstimatorConfig
-    T_ho: gtsam.Pose3 | None = None
-    tracker: str = "depth-hand"
-    record: Path | None = None
-    images: bool = True
-    seconds: float | None = None
-    ends_after_grasp: bool = False
-    give_up: float = GIVE_UP
-    view: Where | None = None
-    calibration: Calibration | None = None
-    calibrate: bool = False
-    calibration_out: Path | None = None
 
 
 def carry_out(plan: Plan, devices: Devices, ask: Ask | None, say: Callable[[str], None]) -> Status:
@@ -140,7 +83,8 @@ class _Session:
         ask: Ask | None,
         say: Callable[[str], None],
     ) -> None:
-        self._plan, self._devices, self._ask, self._say = plan, devices, ask, say
+        self._plan, self._devices = plan, devices
+        self._person = Person(ask, say, needed=devices.put_object is None)
         self._clock = RunClock()
         self._started = datetime.now(UTC).isoformat(timespec="seconds")
         self._recorder = Recorder(None)
@@ -166,10 +110,12 @@ class _Session:
             self._know_camera(camera.name, stack)
             form = plan.tracker.removesuffix(BACK)
             tracker = make_tracker(form, plan.obj, camera.intrinsics, plan.hand)
-            self._warm_up(tracker)
+            warm_up(plan.hand, plan.obj, tracker, self._estimator, self._devices.T_ch)
             pads = stack.enter_context(self._devices.open_pads())
             self._clock = RunClock()
-            self._recorder = stack.enter_context(Recorder(self._writer(camera.name)))
+            hold, emulated = vision_hold(self._estimator), self._devices.lost is not None
+            writer = open_recording(plan, camera.name, self._started, hold, emulated)
+            self._recorder = stack.enter_context(Recorder(writer))
             self._inputs = self._make_inputs()
             workers = stack.enter_context(Workers())
             # The last to come in is the first to go out: the torque.
@@ -192,7 +138,7 @@ class _Session:
                 )
             fingers.close()
             self._watch(status, fingers, workers)
-        self._say("torque is off")
+        self._person.say("torque is off")
         status.remarks = [
             *device.remarks(),
             *pads.remarks(),
@@ -234,81 +180,19 @@ class _Session:
             hand_moves=True,
         )
 
-    def _writer(self, camera: str) -> RecordingWriter | None:
-        plan = self._plan
-        if plan.record is None:
-            return None
-        metadata = {
-            **object_metadata(plan.obj),
-            "hand": plan.hand.name,
-            "dataset": "live",
-            "tracker": plan.tracker,
-            "started": self._started,
-            "config": json.dumps(plan.config.model_dump(mode="json"), sort_keys=True),
-            "emulated": "no" if self._devices.lost is None else "yes",
-            names.CAMERA: camera,
-            names.VISUAL_COVARIANCE: "tracker",
-            names.VISION_HOLD: repr(vision_hold(self._estimator)),
-        }
-        mesh = mesh_file(plan.obj)
-        return RecordingWriter(
-            plan.record,
-            metadata,
-            hand_xml=plan.hand.xml,
-            mesh=mesh,
-            calibration=plan.calibration,
-        )
-
-    def _warm_up(self, tracker: DepthTracker) -> None:
-        """Have everything compiled that is compiled at first use, before there is torque.
-
-        Compiling takes seconds in which no other thread gets a turn.
-        """
-        plan, center_o = self._plan, self._plan.obj.center
-        T_co = gtsam.Pose3(gtsam.Rot3(), np.array([0.0, 0.0, 0.6]) - center_o)
-        joints = np.zeros(len(plan.hand.joint_names))
-        tracker.start(T_co)
-        camera = tracker.camera
-        wall = np.full((camera.height, camera.width), 0.6)
-        for _ in range(2):  # the second looks for the object
-            tracker.update(wall, gtsam.Pose3(), joints, self._devices.T_ch)
-        contacts = np.ones(len(plan.hand), dtype=bool)
-        self._estimator.update(Measurement(0.0, contacts, joints, T_co, self._devices.T_ch))
-        self._estimator.reset()
-
     def _open(self, device: HandDevice, workers: Workers) -> Fingers:
         """Torque on, hand open, every joint tried."""
         plan = self._plan
-        self._wait_for("The hand will move. Keep away from it, then press Enter: ", workers)
+        self._request("The hand will move. Keep away from it, then press Enter: ", workers)
         device.configure()
         device.enable()
         fingers = Fingers(device, plan.hand, plan.grasp, self._inputs, self._clock)
         workers.start("hand", fingers.run)
-        deadline = time.monotonic() + _OPENING
-        while fingers.phase is not Phase.OPEN:
-            workers.check()
-            if time.monotonic() > deadline:
-                raise LiveError(
-                    f"the hand did not open within {_OPENING:.0f} s: {fingers.not_there()}; is "
-                    "something in its way?"
-                )
-            time.sleep(_GLANCE)
-        self._let_settle(fingers, workers)
+        wait_until_open(fingers, workers.check)
         return fingers
 
-    def _let_settle(self, fingers: Fingers, workers: Workers) -> None:
-        """Wait until the open hand has come to rest, but not for ever: friction lets some creep."""
-        deadline, before = time.monotonic() + _SETTLING, fingers.joints
-        while time.monotonic() < deadline:
-            time.sleep(2 * _GLANCE)
-            workers.check()
-            now = fingers.joints
-            if before is not None and now is not None and np.abs(now - before).max() < _STILL:
-                return
-            before = now
-
-    def _wait_for(self, request: str, workers: Workers) -> None:
-        """Ask a person, and watch meanwhile; where nobody is asked, only say it."""
+    def _request(self, text: str, workers: Workers) -> None:
+        """Have a person do something, and watch hand and threads meanwhile."""
 
         def watch() -> None:
             workers.check()
@@ -316,78 +200,54 @@ class _Session:
                 joints = self._inputs.age("joints", self._clock.now_ns())
                 check_ages({"joints": joints}, self._plan.give_up)
 
-        if self._ask is None and self._devices.put_object is not None:
-            pass  # emulated: nobody is there
-        elif self._ask is None:
-            self._say(request.removesuffix(", then press Enter: ").removesuffix(" Press Enter: "))
-        else:
-            self._ask(request, watch)
-        watch()
+        self._person.request(text, watch)
 
     def _compare_with_image(self, camera: Camera, fingers: Fingers) -> None:
         """See that the hand is where joints and wrist calibration put it, before anything depends on it."""
         depth, joints = still_image(camera), fingers.joints
         assert joints is not None  # the hand is open
-        self._say(
+        self._person.say(
             check_hand_view(depth, camera.intrinsics, self._plan.hand, joints, self._devices.T_ch)
         )
 
     def _start_pads(self, device: PadDevice, workers: Workers) -> None:
-        self._wait_for("Nothing may touch the pads now. Press Enter: ", workers)
+        self._request("Nothing may touch the pads now. Press Enter: ", workers)
         if found := device.prepare():
-            self._say(found)
+            self._person.say(found)
         pad_names = self._plan.hand.pad_names
         pads = Pads(device, pad_names, self._inputs, self._clock)
         workers.start("pads", pads.run)
 
     def _first_pose(self, camera: Camera, fingers: Fingers, workers: Workers) -> gtsam.Pose3:
         """T_co of the object on the open hand, once it lies there."""
-        plan, T_ch = self._plan, self._devices.T_ch
+        plan, T_ch, say = self._plan, self._devices.T_ch, self._person.say
         if self._devices.put_object is not None:
             self._devices.put_object()
         else:
-            self._wait_for(
+            self._request(
                 f"Put {plan.obj.name} on the palm, take your hands away, then press Enter: ",
                 workers,
             )
         if plan.T_ho is not None:
             return T_ch * plan.T_ho
-        waits = self._devices.put_object is None and self._ask is None
-        found = (
-            self._wait_for_object(camera, fingers, workers)
-            if waits
-            else self._find(camera, fingers)
-        )
-        self._say(
+
+        def find() -> Candidate:
+            joints = fingers.joints
+            assert joints is not None  # the hand is open
+            return find_object(camera, plan.obj, plan.hand, joints, T_ch)
+
+        if self._person.needed and self._person.ask is None:
+            say(
+                f"waiting for up to {PLACING:.0f} s until the camera sees {plan.obj.name} lie still"
+            )
+            found = wait_for_object(find, plan.obj, workers.check)
+        else:
+            found = find()
+        say(
             f"found {plan.obj.name} at --start {as_start(found, T_ch)}, which explains "
             f"{100 * found.score:.0f} % of what is seen"
         )
         return found.T_co
-
-    def _find(self, camera: Camera, fingers: Fingers) -> Candidate:
-        joints = fingers.joints
-        assert joints is not None  # the hand is open
-        return find_object(camera, self._plan.obj, self._plan.hand, joints, self._devices.T_ch)
-
-    def _wait_for_object(self, camera: Camera, fingers: Fingers, workers: Workers) -> Candidate:
-        """The object's pose once it has been found twice at the same place."""
-        self._say(
-            f"waiting for up to {_PLACING:.0f} s until the camera sees {self._plan.obj.name} lie still"
-        )
-        deadline, before = time.monotonic() + _PLACING, None
-        while True:
-            workers.check()
-            try:
-                found = self._find(camera, fingers)
-            except LiveError:
-                if time.monotonic() > deadline:
-                    raise
-                before = None
-                continue
-            mesh = self._plan.obj.mesh
-            if before is not None and adds(mesh, found.T_co, before.T_co) < APART:
-                return found
-            before = found
 
     def _start_vision(self, camera: Camera, tracker: DepthTracker, workers: Workers) -> Vision:
         vision = Vision(

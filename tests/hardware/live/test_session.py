@@ -19,8 +19,9 @@ from hardware.emulate.servos import ServoLineEmulator
 from hardware.live.calibrating import as_seen
 from hardware.live.devices import Devices, load_hand_and_grasp
 from hardware.live.fingers import Phase
+from hardware.live.plan import Plan
 from hardware.live.sensors import NoPads
-from hardware.live.session import Plan, carry_out
+from hardware.live.session import carry_out
 from hardware.servo.bus import ServoError
 from hardware.servo.description import load_description
 from hardware.servo.hand import Hand
@@ -125,7 +126,8 @@ class Bench:
             put_object=put,
         )
         config = EstimatorConfig.tuned()
-        plan = Plan(HAND, GRASP, self.can, config, T_ho=T_HO, seconds=2.0, give_up=5.0, **changes)
+        changes = {"seconds": 1.0, "give_up": 5.0, **changes}
+        plan = Plan(HAND, GRASP, self.can, config, T_ho=T_HO, **changes)
         return carry_out(plan, devices, ask, self.said.append)
 
     def all_off(self):
@@ -182,7 +184,7 @@ def test_a_hand_of_xc330s_without_pads_runs_by_its_file_alone(can):
 
 def test_a_camera_that_falls_silent_leaves_touch_and_says_so(bench):
     when_closing(bench, lambda: setattr(bench.camera, "silent", True), after=0.8)
-    status = bench.run(put=lambda: None)
+    status = bench.run(seconds=2.0)
     assert status._fusion.last.T_wo is not None  # the object is not dropped
     assert status._vision.trouble == "scene: no image for 2 s; is it still plugged in?"
     assert any(remark.startswith("no images for ") for remark in status.remarks)
@@ -306,10 +308,10 @@ def test_a_recording_that_cannot_be_written_is_an_error_in_words(bench, tmp_path
 
             return refuse
 
-    from hardware.live import session
+    from hardware.live import recording
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(session, "RecordingWriter", lambda *a, **k: Full())
+        patch.setattr(recording, "RecordingWriter", lambda *a, **k: Full())
         with pytest.raises(VtgtsamError, match=r"cannot go on writing .*out.mcap: No space left"):
             bench.run(record=tmp_path / "out.mcap")
     assert bench.all_off()
@@ -324,6 +326,7 @@ def calibration(camera):
     return Calibration(robot, np.zeros(6), T_CH.translation(), zeros, P / 4)
 
 
+@pytest.mark.slow  # online calibration and replay are tested by themselves
 def test_a_run_that_calibrates_records_what_it_corrected_with_and_can_be_replayed(bench, tmp_path):
     known, path = calibration("scene"), tmp_path / "run.mcap"
     kept = tmp_path / "kept.yaml"

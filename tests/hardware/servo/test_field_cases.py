@@ -43,7 +43,15 @@ class TestZerosNearTheSeam:
             line.servos[13].reboot()
             assert line.servos[13].get("present_position") == 3596
 
-    @pytest.mark.parametrize(("zero", "sign"), [(0, -1), (100, 1), (4095, 1), (2048, -1)])
+    @pytest.mark.parametrize(
+        ("zero", "sign"),
+        [
+            (0, -1),
+            (4095, 1),
+            pytest.param(100, 1, marks=pytest.mark.slow),
+            pytest.param(2048, -1, marks=pytest.mark.slow),
+        ],
+    )
     def test_angles_and_commands_do_not_know_of_it(self, description, line, zero, sign):
         description = with_joint(description, "index_proximal", zero=zero, sign=sign)
         tick = 2 * np.pi / 4096
@@ -177,7 +185,7 @@ class TestSupplyAndLine:
     def test_lost_answers_are_told_in_the_end(self, hand, line):
         assert hand.remarks() == []
         line.faults.drop = 0.1
-        cycles(hand, 60)
+        cycles(hand, 20)
         line.faults.drop = 0.0
         assert any("answers lost" in remark for remark in hand.remarks())
 
@@ -218,8 +226,10 @@ class TestAnotherHand:
                 hand.configure()
                 hand.enable()
                 for _ in range(60):
-                    here = hand.state().angles["3"]
-                    hand.command({"3": min(here + 0.2, 1.0)})
+                    state = hand.state()
+                    if state.ages.any():  # a busy machine: refused where it has gone on for long
+                        continue
+                    hand.command({"3": min(state.angles["3"] + 0.2, 1.0)})
                     time.sleep(0.005)
                 assert hand.state().angles["3"] == pytest.approx(1.0, abs=0.01)
             assert line.servos[3].get("current_limit") == 500

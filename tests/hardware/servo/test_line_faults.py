@@ -19,7 +19,7 @@ from hardware.servo.safety import MAX_MISSES
 from hardware.servo.state import StateTracker
 from hardware.servo.table import STATE
 
-CYCLES = 200
+CYCLES = 120
 SPEED = 10_000  # [ticks/s]: 1 ms is 10 ticks
 EARLY, LATE = 0.003, 0.001  # [s], rounding
 DRIFT = 0.03  # of the time since the last answer, what a servo's clock may be wrong by

@@ -73,7 +73,7 @@ def end(process):
     [
         (signal.SIGINT, {-signal.SIGINT, 1, 130}),  # Python ends on KeyboardInterrupt
         (signal.SIGTERM, {128 + signal.SIGTERM}),
-        (signal.SIGHUP, {128 + signal.SIGHUP}),
+        pytest.param(signal.SIGHUP, {128 + signal.SIGHUP}, marks=pytest.mark.slow),
     ],
 )
 def test_a_signal_ends_torque(line, program, number, status):
@@ -96,7 +96,9 @@ def test_impatient_signals_do_not_interrupt_the_way_out(line, program):
     assert torques(line) == 0
 
 
-@pytest.mark.parametrize(("how", "status"), [("raise", 1), ("exit", 5)])
+@pytest.mark.parametrize(
+    ("how", "status"), [("raise", 1), pytest.param("exit", 5, marks=pytest.mark.slow)]
+)
 def test_an_exception_or_exit_ends_torque(line, program, how, status):
     assert end(program(how)) == status
     assert torques(line) == 0
