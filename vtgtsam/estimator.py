@@ -34,6 +34,7 @@ from .memory import Belief
 from .modes import Mode, ModeFilter
 from .objects import ObjectModel
 from .offsets import CalibrationPrior
+from .relinearize import moved
 from .sdf.search.compiled_search import closest_on_pads
 from .solver import FrameSolver, Solved
 
@@ -166,7 +167,7 @@ class PoseEstimator:
             self._hand = Hand(frame.T_wh, frame.T_hp, frame.joints)
         mode = self._modes.mode(frame.time, frame.touching, frame.T_hp)
         solved = self._step(frame, mode, self._belief)
-        self._history.append(Past(frame, mode, self._belief))
+        self._history.append(_past(frame, mode, self._belief, solved))
         if solved is None:
             return unsolved_estimate(frame, "waiting", self._last_T_wo())
         self._belief, self._T_wo_given = solved.belief, None
@@ -220,16 +221,18 @@ class PoseEstimator:
         return unseen, Late(late.T_ho_visual, self._solve_again(late))
 
     def _solve_again(self, late: Frame) -> float:
-        """Solve a late pose's frame and all after it again; how much the pose counted in its own."""
+        """Solve a late pose's frame again, and those after it from there; how much the pose counted in its own."""
         again = self._history.rewind(late, self._belief)
         self._belief = again[0].before
         weight = 0.0
         for k, past in enumerate(again):
-            solved = self._step(past.frame, past.mode, self._belief)
-            self._history.append(past._replace(before=self._belief))
-            if solved is not None:
-                self._belief = solved.belief
-                weight = solved.fit.visual_weight if k == 0 else weight
+            anew = moved(past, self._belief, self.config) if k > 0 else None
+            if anew is None:
+                solved = self._step(past.frame, past.mode, self._belief)
+                anew = _past(past.frame, past.mode, self._belief, solved)
+                weight = solved.fit.visual_weight if solved is not None and k == 0 else weight
+            self._history.append(anew)
+            self._belief = self._belief if anew.after is None else anew.after
         return weight
 
     def _out_of_order(self, frame: Frame) -> Estimate:
@@ -259,6 +262,12 @@ class PoseEstimator:
         touching = np.ones(count, dtype=bool)
         self.update(Measurement(0.0, touching, T_wp=T_wp, T_wo_visual=gtsam.Pose3()))
         self.reset()
+
+
+def _past(frame: Frame, mode: Mode, before: Belief | None, solved: Solved | None) -> Past:
+    if solved is None:
+        return Past(frame, mode, before)
+    return Past(frame, mode, before, solved.belief, solved.information)
 
 
 def _require_calibration(calibration: Calibration, hand: PadSet) -> None:

@@ -2,7 +2,8 @@
 """The last half second of frames: where a visual pose that comes late is fused, at its own instant.
 
 An image is taken, sent and tracked before its pose arrives, and the hand has moved since. The frame of the image's
-instant is solved again with the pose in it, from what was believed before it, and so are all frames after it.
+instant is solved again with the pose in it, from what was believed before it, and so are all frames after it, which
+keep their own factors as they were linearized while they move little (``relinearize``).
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import gtsam
 
 from .frame import Frame
+from .knowledge import FrameInformation
 from .memory import Belief
 from .modes import Mode
 
@@ -24,17 +26,21 @@ SAME = 1e-3  # [s], instants that are closer are the same frame's
 
 
 class Past(NamedTuple):
-    """A frame, and what was believed before it.
+    """A frame, and what was believed before and after it.
 
     Attributes:
         frame: The frame.
         mode: How the object moved in the hand.
         before: What was believed before it.
+        after: What was believed after it; None where it was not solved.
+        says: What the frame itself said there; None where it was not solved.
     """
 
     frame: Frame
     mode: Mode
     before: Belief | None
+    after: Belief | None = None
+    says: FrameInformation | None = None
 
 
 class History:
@@ -97,7 +103,7 @@ class History:
                 visual_covariance=late.visual_covariance,
                 suspect=late.suspect,
             )
-            again[0] = again[0]._replace(frame=seen)
+            again[0] = Past(seen, again[0].mode, again[0].before)
         elif self._past:  # between two frames: contacts and joints as in the one before
             earlier = self._past[-1].frame
             between = earlier._replace(

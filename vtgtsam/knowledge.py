@@ -33,11 +33,13 @@ class FrameInformation(NamedTuple):
 
     Attributes:
         information: S, shape (6, 6).
+        gradient: Of its cost with the offsets at their best, shape (6,); what is remembered holds against it.
         pull: B, shape (6, 6 + J).
         noise: S - B P0 B', the part of S^-1 B that noise has, shape (6, 6).
     """
 
     information: np.ndarray
+    gradient: np.ndarray
     pull: np.ndarray
     noise: np.ndarray
 
@@ -73,17 +75,18 @@ def frame_information(
 ) -> FrameInformation:
     """What a frame's factors say at the estimate; robust losses count with the weights they leave."""
     pull = np.zeros((6, len(prior.covariance)))
-    H, _ = factors.normal_equations(factors.graph(), values)
-    information = H[:6, :6]
+    H, b = factors.normal_equations(factors.graph(), values)
+    information, gradient = H[:6, :6], -b[:6]
     if len(H) > 6:  # the joints' zeros, with their prior, are the rest
         gain = np.linalg.solve(H[6:, 6:], H[6:, :6])
         information = information - H[:6, 6:] @ gain
+        gradient = gradient + gain.T @ b[6:]
         pull[:, CAMERA:] = gain.T @ np.linalg.inv(prior.covariance[CAMERA:, CAMERA:])
     if T_wo_visual is not None and factors.visual is not None and prior.camera_uncertain:
         of_visual = factors.visual.linearize(values).jacobian()[0]
         pull[:, :CAMERA] = of_visual.T @ of_visual @ prior.camera_jacobian(T_wo_visual)
     noise = information - pull @ prior.apart @ pull.T
-    return FrameInformation(information, pull, noise)
+    return FrameInformation(information, gradient, pull, noise)
 
 
 def fused(

@@ -17,7 +17,7 @@ from .config import EstimatorConfig
 from .frame import Frame
 from .graph import FrameFactors, frame_factors
 from .hands.pads import PadSet
-from .knowledge import Knowledge, frame_information, fused
+from .knowledge import FrameInformation, Knowledge, frame_information, fused
 from .memory import Belief, Expectation, expectation, may_take_over, refused_since
 from .modes import Mode
 from .offsets import CalibrationPrior
@@ -40,11 +40,13 @@ class Solved(NamedTuple):
 
     Attributes:
         fit: Where the solver ended.
-        knowledge: What is known of the pose there.
+        information: What the frame says of the pose there.
+        knowledge: What is known of it, memory included.
         belief: What is remembered of it.
     """
 
     fit: Fit
+    information: FrameInformation
     knowledge: Knowledge
     belief: Belief
 
@@ -93,7 +95,8 @@ class FrameSolver:
         knowledge = fused(information) if expected is None else expected.posterior(information)
         refused = refused_since(before, frame, fit.visual_weight, self._config)
         kept = knowledge if self._config.memory else None
-        return Solved(fit, knowledge, Belief(frame.time, fit.T_ho, kept, refused))
+        belief = Belief(frame.time, fit.T_ho, kept, refused)
+        return Solved(fit, information, knowledge, belief)
 
     def _as_seen(self, frame: Frame, factors: FrameFactors, start: gtsam.Pose3) -> Fit:
         """Method ``vis``: the visual pose as it is; where there is none the last one, carried with the hand."""

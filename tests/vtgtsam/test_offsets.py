@@ -88,7 +88,7 @@ def linear_frames(count, seed=0, offsets=3):
     c = rng.multivariate_normal(np.zeros(offsets), P)
     S = np.linalg.inv(R + H @ P @ H.T)
     B = S @ H
-    information = FrameInformation(S, B, S - B @ P @ B.T)
+    information = FrameInformation(S, np.zeros(6), B, S - B @ P @ B.T)
     estimate, knowledge = None, None
     for _ in range(count):
         z = H @ c + rng.multivariate_normal(np.zeros(6), R)
