@@ -11,7 +11,9 @@ from vtgtsam.recording.provenance import mesh_file, object_metadata
 from .plan import Plan
 
 
-def open_recording(plan: Plan, camera: str, hold: float, emulated: bool) -> RecordingWriter | None:
+def open_recording(
+    plan: Plan, camera: str, started: str, hold: float, emulated: bool
+) -> RecordingWriter | None:
     """The file of a run, or None where it is not recorded.
 
     Args:
