@@ -25,6 +25,7 @@ from vtgtsam.evaluation.tables import make_tables
 KINDS = (
     "coverage",
     "methods",
+    "pose_errors",
     "time",
     "objects",
     "noise_before",
@@ -181,13 +182,13 @@ def test_a_single_sequence_is_shown_frame_by_frame(tmp_path):
     out = write_results(tmp_path, objects=["can"], runs=1)
     make_figures(out, make_tables(out))
     names = {path.stem for path in (out / "figures").iterdir()}
-    assert names == {f"vary_depth_{kind}" for kind in ("coverage", "methods", "time", "worst_1")}
+    kinds = ("coverage", "methods", "pose_errors", "time", "worst_1")
+    assert names == {f"vary_depth_{kind}" for kind in kinds}
 
 
 def test_without_stored_estimates_there_are_no_contacts_but_all_else(tmp_path):
     out = write_results(tmp_path, objects=["can"], estimates=False)
     make_figures(out, make_tables(out))
     names = {path.stem for path in (out / "figures").iterdir()}
-    assert names == {
-        f"vary_depth_{kind}" for kind in ("coverage", "methods", "time", "worst_1", "worst_2")
-    }
+    kinds = ("coverage", "methods", "pose_errors", "time", "worst_1", "worst_2")
+    assert names == {f"vary_depth_{kind}" for kind in kinds}

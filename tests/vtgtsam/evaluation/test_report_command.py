@@ -38,7 +38,8 @@ def test_evaluate_ends_with_the_page_and_report_makes_the_same_again(run, tmp_pa
     first = made(out)
     assert set(first) == {
         "report.html",
-        *(f"figures/vary_depth_{kind}.png" for kind in ("methods", "time", "worst_1", "coverage")),
+        *(f"figures/vary_depth_{kind}.png" for kind in ("methods", "pose_errors", "time")),
+        *(f"figures/vary_depth_{kind}.png" for kind in ("worst_1", "coverage")),
     }
     (out / "figures" / "vary_depth_time.png").unlink()
     code, _, _ = run("report", out)

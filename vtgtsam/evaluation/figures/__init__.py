@@ -22,6 +22,7 @@ from .methods import methods_figure
 from .noise import noise_figure, noise_phases
 from .objects import objects_figure, panels_figure, worst_objects
 from .over_time import time_figure
+from .pose_errors import pose_errors_figure
 from .style import STYLE
 from .worst import worst_figure, worst_sequences
 
@@ -56,18 +57,18 @@ def _saved(drawing: Drawing, out: Path) -> Picture:
 
 
 def _overview(group: Group, out: Path) -> Iterator[Drawing]:
+    several = len(worst_objects(group)) > 1
     yield methods_figure(group)
     yield time_figure(group)
-    several = len(worst_objects(group)) > 1
     if several:
         yield objects_figure(group)
+    yield from filter(None, [coverage_figure(group)])
+    yield pose_errors_figure(group)
     for phase in noise_phases(group):
         yield noise_figure(group, phase)
     if several:
         yield panels_figure(group)
-    for drawing in (coverage_figure(group), contacts_figure(group, out)):
-        if drawing is not None:
-            yield drawing
+    yield from filter(None, [contacts_figure(group, out)])
 
 
 def _worst(group: Group, out: Path) -> Iterator[Drawing]:

@@ -18,18 +18,23 @@ FEWEST = 5  # samples for a box; fewer are shown as they are, with their median
 
 
 def grouped_boxes(
-    ax: Axes, groups: Sequence[pd.DataFrame], labels: Sequence[str], looks: Mapping[str, Look]
+    ax: Axes,
+    groups: Sequence[pd.DataFrame],
+    labels: Sequence[str],
+    looks: Mapping[str, Look],
+    quantity: str = "ADD-S [mm]",
 ) -> None:
     """Draw a group of boxes at x = 0, 1, ...: one box a method.
 
     Args:
         ax: Where to draw.
-        groups: A row a sample, a column a method, in mm.
+        groups: A row a sample, a column a method, in the quantity's unit.
         labels: Each group's name.
         looks: Each method's look, in the order of the boxes.
+        quantity: What is drawn, with its unit.
     """
     values = [group.to_numpy(dtype=float).ravel() for group in groups]
-    error_axis(ax, "y", np.concatenate(values))
+    error_axis(ax, "y", np.concatenate(values), quantity)
     step = WIDTH / len(looks)
     for x, group in enumerate(groups):
         for i, (method, look) in enumerate(looks.items()):

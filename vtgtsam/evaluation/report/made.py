@@ -28,12 +28,15 @@ class Made:
         code: Version of the code that made the estimates.
         versions: Of Python and packages that made the page, by name.
         commands: What to type for the same again.
+        settings: Of each method what differs from the recommended settings, as "name = value"; None
+            where its settings are of another version and cannot be compared.
         config: The effective configuration as YAML.
     """
 
     code: str
     versions: dict[str, str]
     commands: list[str]
+    settings: dict[str, list[str] | None]
     config: str
 
 
@@ -61,6 +64,7 @@ def _made(text: str, config: dict[str, Any], methods: dict[str, Any]) -> Made:
             + _given(config),
             "vtgtsam report DIR",
         ],
+        {name: _differences(of_method) for name, of_method in methods.items()},
         text,
     )
 
@@ -78,6 +82,20 @@ def _preset(methods: dict[str, Any]) -> str | None:
         ):
             return name
     return None
+
+
+def _differences(settings: dict[str, Any]) -> list[str] | None:
+    config = stored_config(settings)
+    if config is None:
+        return None
+    found = config.differences()
+    return [f"{name} = {_value(found[name])}" for name in found if name != "method"]
+
+
+def _value(value: Any) -> str:
+    if isinstance(value, tuple):
+        return f"({', '.join(map(_value, value))})"
+    return f"{value:g}" if isinstance(value, float) else str(value)
 
 
 def _given(config: dict[str, Any]) -> str:

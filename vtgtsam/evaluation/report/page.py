@@ -15,11 +15,12 @@ from ..figures import Chapter
 from ..figures.drawing import Picture
 from ..figures.style import looks
 from ..groups import Group, phase_words
-from ..statistics import ALL
+from ..phases import AFTER
+from ..statistics import ALL, IN_REGION
 from ..tables import Tables
 from .content import page_tables
 from .made import how_made
-from .words import at_other_scales, counted, millimetres, number, scope, verdict
+from .words import at_other_scales, counted, degrees, millimetres, number, scope, verdict
 
 _HERE = Path(__file__).parent
 
@@ -32,8 +33,10 @@ class _Tile:
     color: str
     median: str
     interval: str
+    position: str
+    rotation: str
     below_5mm: str
-    auc: str
+    covered: str
 
 
 def render(out: Path, tables: Tables, chapters: Sequence[Chapter]) -> str:
@@ -59,6 +62,7 @@ def render(out: Path, tables: Tables, chapters: Sequence[Chapter]) -> str:
         script=(_HERE / "tables.js").read_text(encoding="utf-8"),
         lead=_lead(tables),
         chapters=[_chapter(chapter) for chapter in chapters],
+        turns=any(chapter.group.phase == AFTER for chapter in chapters),
         failed=tables.failed,
         notes=_notes(tables),
         tables=page_tables(tables),
@@ -87,11 +91,8 @@ def _chapter(chapter: Chapter) -> dict[str, Any]:
         "tiles": _tiles(group),
         "verdicts": [*verdict(group), *filter(None, [at_other_scales(group)])],
         "scale": group.scale if len(group.scales) > 1 else "",
-        "sections": [
-            (title, pictures)
-            for title, pictures in (("", chapter.overview), (worst, chapter.worst))
-            if pictures
-        ],
+        "overview": chapter.overview,
+        "worst": (worst, chapter.worst),
     }
 
 
@@ -105,11 +106,17 @@ def _tiles(group: Group) -> list[_Tile]:
             look[row["method"]].color,
             millimetres(row["adds_median_mm"]),
             _interval(row["adds_median_low_mm"], row["adds_median_high_mm"]),
-            f"{100 * row['share_below_5mm']:.0f} %",
-            f"{100 * row['auc_10cm']:.1f} %",
+            millimetres(row["translation_median_mm"]),
+            degrees(row["rotation_median_deg"]),
+            _share(row["share_below_5mm"]),
+            _share(row[f"share_{IN_REGION[0.95].removeprefix('frames_')}"]),
         )
         for row in rows.to_dict("records")
     ]
+
+
+def _share(share: float) -> str:
+    return "–" if share != share else f"{100 * share:.0f}\N{NO-BREAK SPACE}%"
 
 
 def _interval(low: float, high: float) -> str:

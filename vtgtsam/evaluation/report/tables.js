@@ -43,3 +43,8 @@ for (const field of document.querySelectorAll("input[data-filters]")) {
     field.closest("p").querySelector("output").textContent = `${shown} of ${rows.length} rows`;
   });
 }
+
+// What is folded is printed.
+window.addEventListener("beforeprint", () => {
+  for (const folded of document.querySelectorAll("details")) folded.open = true;
+});

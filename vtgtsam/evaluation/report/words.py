@@ -76,6 +76,11 @@ def millimetres(value: float) -> str:
     return "no pose" if np.isinf(value) else f"{number(value)}{_SPACE}mm"
 
 
+def degrees(value: float) -> str:
+    """An angle with its unit."""
+    return "no pose" if np.isinf(value) else f"{number(value)}°"
+
+
 def number(value: float) -> str:
     """A number to about three digits; a dash where there is none."""
     if np.isnan(value):
@@ -119,26 +124,30 @@ def _test_sentences(tests: Sequence[Mapping[Any, Any]], best: str) -> list[str]:
 
 
 def _sentence(test: Mapping[Any, Any], best: str) -> str:
+    """One test, told from the side that it speaks for: pair by pair that need not be the best in the median."""
     first, second = test["comparison"].split(" vs ")
     other, sign = (second, 1.0) if first == best else (first, -1.0)
     if pd.isna(test["p"]):
         return f"{best} and {other}: {test['note']}."
     # Counted with the sign of the test, whose n_better belongs to its first-named method.
-    equal = _equal(str(test["note"]))
-    better = test["n_better"] if sign > 0 else test["n"] - test["n_better"] - equal
-    wins = f"in {better} of {counted(test['n'], test['unit'])}"
+    rest = test["n"] - test["n_better"] - _equal(str(test["note"]))
+    won, lost = (test["n_better"], rest) if sign > 0 else (rest, test["n_better"])
+    of_all = f"of {counted(test['n'], test['unit'])}"
     chance = (
         f"p{_SPACE}={_SPACE}{p_value(test['p'])}, after Holm's correction {p_value(test['p_holm'])}"
     )
-    if test["p_holm"] < SIGNIFICANT and sign * test["effect_size"] < 0:
-        return f"Pair by pair, though, {other} is better: {best} is smaller {wins} only ({chance})."
+    if test["p_holm"] >= SIGNIFICANT and won >= lost:
+        ahead = f"{best} is smaller than {other} in {won} {of_all} and larger in {lost}"
+        return f"{ahead}, which could be chance ({chance})."
     if test["p_holm"] >= SIGNIFICANT:
-        return f"Its advantage over {other} could be chance: smaller {wins} ({chance})."
+        return f"Pair by pair {other} is smaller than {best} in {lost} {of_all}, which could be chance ({chance})."
+    if sign * test["effect_size"] < 0:
+        return f"Pair by pair, though, {other} is better than {best}: smaller in {lost} {of_all} ({chance})."
     gain = sign * test["difference_mm"]
     ends = sorted(sign * test[name] for name in ("difference_low_mm", "difference_high_mm"))
     interval = f" [{number(ends[0])}, {number(ends[1])}]" if not pd.isna(ends[0]) else ""
     return (
-        f"It is better than {other} {wins}, by {millimetres(gain)} in the median{interval} "
+        f"{best} is better than {other}: smaller in {won} {of_all}, by {millimetres(gain)} in the median{interval} "
         f"({chance}; effect size {sign * test['effect_size']:.2f})."
     )
 
