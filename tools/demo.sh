@@ -29,10 +29,10 @@ grasps judging can,box,banana,mug
 say "estimating: vision alone, with non-penetration, with touch, with memory as well"
 vtgtsam evaluate "$OUT/judging" --calibration "$OUT/calibration.yaml" --out "$OUT/evaluation" --jobs "$JOBS"
 
-FILM=$OUT/mug.webp
-if python -m sim look "$OUT/judging/vary/mug_0.mcap" --out "$FILM" --estimates "$OUT/evaluation" --force \
+FILM=$OUT/box.webp
+if python -m sim look "$OUT/judging/vary/box_0.mcap" --out "$FILM" --estimates "$OUT/evaluation" --force \
     --methods vis,vis+tac+pen+mem --size 320x240 --speed 2 --fps 8 2> "$OUT/film.log"; then
-    say "done; the film $FILM shows where the tracker and where the fused pose have the mug"
+    say "done; the film $FILM shows where the tracker and where the fused pose have the box, and how sure they are"
 else
     say "done; no film, $(head -n 1 "$OUT/film.log")"
 fi

@@ -12,6 +12,7 @@ _SCALE = np.array([1 / LEVER] * 3 + [1.0] * 3)
 _SCALES = np.outer(_SCALE, _SCALE)
 _EYE = np.eye(6)
 _ROUNDING = 1e-9  # an eigenvalue this far below the largest is rounding
+_QUANTILE_95 = 7.815  # of chi squared with 3 degrees of freedom
 _NOTHING = 1e-12  # [1/m^2], less is no information: a standard deviation of 1000 km
 
 
@@ -80,3 +81,25 @@ def known_inverse(information: np.ndarray) -> np.ndarray:
         inverse = vectors[:, known] / eigenvalues[known] @ vectors[:, known].T
     found: np.ndarray = inverse * _SCALES
     return found
+
+
+def center_ellipsoid(
+    R_wo: np.ndarray, covariance: np.ndarray, center_o: np.ndarray
+) -> tuple[np.ndarray, np.ndarray] | None:
+    """Where an object's centre is with 95 %: half axes [m], (3,), and their directions in the world, (3, 3).
+
+    None where the covariance is infinite somewhere.
+
+    Args:
+        R_wo: Rotation of the object in the world, (3, 3).
+        covariance: Of the pose's right perturbation, rotation first, (6, 6).
+        center_o: The centre in the object's frame [m], (3,).
+    """
+    if not np.isfinite(covariance).all():
+        return None
+    x, y, z = np.asarray(center_o, dtype=float).tolist()
+    turned = np.array([[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]])  # of a small rotation
+    moves = np.hstack([turned, np.eye(3)])
+    variances, axes = np.linalg.eigh(moves @ covariance @ moves.T)
+    axes = axes if np.linalg.det(axes) > 0 else -axes
+    return np.sqrt(_QUANTILE_95 * np.maximum(variances, 0.0)), R_wo @ axes

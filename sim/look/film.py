@@ -10,10 +10,9 @@ import numpy as np
 
 from vtgtsam import read_recording
 from vtgtsam.atomic import replacing
-from vtgtsam.recording.trajectory import PoseTrajectory
 
 from .encode import encoder
-from .instants import instants
+from .instants import Estimated, instants
 from .painter import Painter
 
 FPS = {".mp4": 30.0, ".gif": 10.0, ".webp": 10.0}  # by suffix, where not asked for
@@ -25,7 +24,7 @@ def frames(
     speed: float,
     size: tuple[int, int],
     stacked: bool = False,
-    estimates: Mapping[str, PoseTrajectory] | None = None,
+    estimates: Mapping[str, Estimated] | None = None,
 ) -> Iterator[np.ndarray]:
     """The film's pictures, RGB, uint8, shape (height, width, 3), height and width even.
 
@@ -35,7 +34,7 @@ def frames(
         speed: Seconds of the recording in a second of the film.
         size: Width and height of a view [pixels].
         stacked: Whether the camera's view is above the side's, else it is on the left.
-        estimates: Poses to show beside the object's, by name.
+        estimates: What methods made of it, to be shown beside the object, by name.
 
     Raises:
         RecordingError: The recording lacks what is to be shown.
@@ -57,7 +56,7 @@ def write_film(
     speed: float,
     size: tuple[int, int],
     stacked: bool = False,
-    estimates: Mapping[str, PoseTrajectory] | None = None,
+    estimates: Mapping[str, Estimated] | None = None,
 ) -> None:
     """Write a film as H.264 in .mp4, which every player shows, or as .gif or .webp for web pages."""
     fps = fps or FPS[out.suffix.lower()]

@@ -31,6 +31,7 @@ class Instant:
         T_wo: Pose of the object, (4, 4); None where it is not known.
         contacts: Which pads touch, (K,).
         estimates: Pose of the object (4, 4) by each method that is shown, None where it has none.
+        covariances: Covariances of these poses' right perturbations, rotation first, (6, 6).
     """
 
     time: float
@@ -40,17 +41,37 @@ class Instant:
     T_wo: np.ndarray | None
     contacts: np.ndarray
     estimates: tuple[np.ndarray | None, ...] = ()
+    covariances: tuple[np.ndarray, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class Estimated:
+    """What a method made of a recording.
+
+    Attributes:
+        poses: The object's poses.
+        covariances: Their covariances, rotation first, (N, 6, 6).
+    """
+
+    poses: PoseTrajectory
+    covariances: np.ndarray
+
+    def covariance_at(self, time: float) -> np.ndarray:
+        """The last pose's before an instant [s], (6, 6); before all of them the first one's."""
+        k = int(np.searchsorted(self.poses.times, time, side="right")) - 1
+        covariance: np.ndarray = self.covariances[max(k, 0)]
+        return covariance
 
 
 def instants(
-    recording: Recording, rate: float, estimates: Sequence[PoseTrajectory] = ()
+    recording: Recording, rate: float, estimates: Sequence[Estimated] = ()
 ) -> list[Instant]:
     """Evenly spaced instants of a recording.
 
     Args:
         recording: With joints and contacts.
         rate: Instants in a second [Hz].
-        estimates: Poses to show beside the object's.
+        estimates: What methods made of it, to be shown beside the object.
 
     Raises:
         RecordingError: It has neither true nor visual poses of the object.
@@ -64,7 +85,7 @@ def instants(
     times = [m.time for m in measurements]
     phases = turn_phases([m.T_wh for m in measurements])
     objects = _matrices(shown, times)
-    others = [_matrices(poses, times) for poses in estimates]
+    others = [_matrices(estimated.poses, times) for estimated in estimates]
     return [
         Instant(
             m.time - times[0],
@@ -74,6 +95,7 @@ def instants(
             T_wo,
             np.asarray(m.contacts),
             tuple(poses[k] for poses in others),
+            tuple(estimated.covariance_at(m.time) for estimated in estimates),
         )
         for k, (m, phase, T_wo) in enumerate(zip(measurements, phases, objects, strict=True))
     ]
@@ -86,7 +108,7 @@ def _matrices(poses: PoseTrajectory, times: Sequence[float]) -> list[np.ndarray 
     return [None if T is None else T.matrix() for T in poses.at(near)]
 
 
-def read_estimates(folder: Path, recording: Path, method: str) -> PoseTrajectory:
+def read_estimates(folder: Path, recording: Path, method: str) -> Estimated:
     """What ``vtgtsam evaluate`` stored for a recording.
 
     A sequence's name is its path below the folder that was evaluated, so the file is the one whose name
@@ -95,7 +117,7 @@ def read_estimates(folder: Path, recording: Path, method: str) -> PoseTrajectory
     Raises:
         RecordingError: There are no estimates of it, or none by that method.
     """
-    from vtgtsam.evaluation.estimates import poses
+    from vtgtsam.evaluation.estimates import covariances, poses
     from vtgtsam.evaluation.store import read_part
 
     parts = recording.resolve().with_suffix("").parts
@@ -111,5 +133,8 @@ def read_estimates(folder: Path, recording: Path, method: str) -> PoseTrajectory
     if not rows:
         methods = ", ".join(sorted({row["method"] for row in table}))
         raise RecordingError(f"{file} has no method {method!r}; it has {methods}")
-    known = [(row["time"], T) for row, T in zip(rows, poses(rows), strict=True) if T is not None]
-    return PoseTrajectory(np.array([t for t, _ in known]), [T for _, T in known])
+    found = zip(rows, poses(rows), covariances(rows), strict=True)
+    times, known, spread = zip(
+        *((row["time"], T, cov) for row, T, cov in found if T is not None), strict=True
+    )
+    return Estimated(PoseTrajectory(np.array(times), list(known)), np.array(spread))

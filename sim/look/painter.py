@@ -13,7 +13,7 @@ from vtgtsam import Recording
 
 from ..graphics import Canvas
 from .instants import Instant
-from .stage import ESTIMATES, TOUCHING, Stage
+from .stage import TOUCHING, TRUTH, Stage, method_color
 from .views import View, find_views
 
 PAPER, INK, FAINT = (250, 251, 252), (38, 44, 52), (120, 128, 138)
@@ -40,7 +40,7 @@ class Painter:
         size: tuple[int, int],
         names: Sequence[str] = (),
     ) -> None:
-        self._stage = Stage(recording)
+        self._stage = Stage(recording, names)
         self._names, self._size = names, size
         chosen = np.unique(np.linspace(0, len(instants) - 1, FRAMED).astype(int))
         points = np.concatenate([self._stage.extent(instants[k]) for k in chosen])
@@ -102,9 +102,11 @@ class Painter:
             (instant.phase, FAINT),
             (pads, _bytes(TOUCHING, 0.85) if touching else FAINT),
         ]
-        shown = zip(self._names, ESTIMATES, instant.estimates, strict=False)
-        for name, color, T in shown:
-            words.append((name if T is not None else f"{name}: no pose", _bytes(color, 0.8)))
+        if self._names:
+            words.append(("truth", _bytes(TRUTH, 0.8)))
+        for place, (name, T) in enumerate(zip(self._names, instant.estimates, strict=True)):
+            color = _bytes(method_color(name, place), 0.9)
+            words.append((name if T is not None else f"{name}: no pose", color))
         return words
 
 

@@ -10,9 +10,8 @@ import numpy as np
 
 from vtgtsam import read_recording
 from vtgtsam.atomic import replacing
-from vtgtsam.recording.trajectory import PoseTrajectory
 
-from .instants import instants
+from .instants import Estimated, instants
 from .painter import Painter
 
 RATE = 20.0  # [Hz], fine enough to choose instants from
@@ -22,7 +21,7 @@ def contact_sheet(
     path: Path,
     columns: int,
     size: tuple[int, int],
-    estimates: Mapping[str, PoseTrajectory] | None = None,
+    estimates: Mapping[str, Estimated] | None = None,
 ) -> np.ndarray:
     """Both views of evenly spaced instants, RGB, uint8.
 
@@ -30,7 +29,7 @@ def contact_sheet(
         path: The recording.
         columns: Number of instants.
         size: Width and height of a view [pixels].
-        estimates: Poses to show beside the object's, by name.
+        estimates: What methods made of it, to be shown beside the object, by name.
 
     Raises:
         RecordingError: The recording lacks what is to be shown.
@@ -49,7 +48,7 @@ def write_sheet(
     out: Path,
     columns: int,
     size: tuple[int, int],
-    estimates: Mapping[str, PoseTrajectory] | None = None,
+    estimates: Mapping[str, Estimated] | None = None,
 ) -> None:
     """Write ``contact_sheet`` as PNG."""
     from PIL import Image

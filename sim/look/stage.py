@@ -14,6 +14,9 @@ import mujoco
 import numpy as np
 
 from vtgtsam import HandModel, Recording
+from vtgtsam.covariance import center_ellipsoid
+from vtgtsam.evaluation import palette
+from vtgtsam.evaluation.palette import rgb
 from vtgtsam.exceptions import VtgtsamError
 
 from ..appearance import Color, color_of
@@ -25,16 +28,18 @@ if TYPE_CHECKING:
     import trimesh
 
 OBJECT, FOREARM = "object", "forearm"
-TOUCHING = (1.0, 0.62, 0.05)  # colour of a pad in contact, which glows
-TINGED = (0.95, 0.60, 0.28)  # colour of the links that carry such pads
+TOUCHING = (1.0, 0.82, 0.12)  # colour of a pad in contact, which glows
+TINGED = (0.93, 0.82, 0.45)  # colour of the links that carry such pads
 FREE = (0.20, 0.24, 0.29)
 GLOW = 0.45  # emission, 0 to 1
 SWELL = (
     0.01  # links that are tinged are drawn so much larger: their neighbours have the same surface
 )
 STEP = 0.003  # and each geom of a link so much larger than the one before, for the same reason
-OUTLINE = 0.0009  # [m], radius of the edges that show an estimate
-ESTIMATES = ((0.85, 0.10, 0.70), (0.05, 0.45, 0.95), (0.10, 0.65, 0.25), (0.45, 0.25, 0.85))
+TRUTH: Color = tuple(value / 255 for value in rgb(palette.TRUTH))  # where estimates are shown
+EDGES = (0.42, 0.44, 0.47)  # of the truth's box, whose faces are lighter
+OUTLINE = 0.0012  # [m], radius of a box's edges
+REGION = 0.35  # opacity of the ellipsoids
 # Place relative to the middle of the picture [m], colour, and whether it casts shadows.
 KEY_LIGHT = ((0.35, -0.45, 0.9), (0.55, 0.53, 0.50), True)
 FILL_LIGHT = ((-0.5, 0.6, 0.5), (0.16, 0.18, 0.22), False)
@@ -43,19 +48,25 @@ FILL_LIGHT = ((-0.5, 0.6, 0.5), (0.16, 0.18, 0.22), False)
 class Stage:
     """A hand and an object that can be put anywhere.
 
+    Args:
+        recording: Whose hand and object.
+        methods: Whose estimates are shown; the object itself is grey beside them.
+
     Attributes:
         model: Its MuJoCo model.
         data: Where everything is.
     """
 
-    def __init__(self, recording: Recording) -> None:
+    def __init__(self, recording: Recording, methods: Sequence[str] = ()) -> None:
         hand, mesh = recording.hand, recording.object.mesh
         spec = mujoco.MjSpec()
         spec.compiler.boundmass, spec.compiler.boundinertia = 1e-6, 1e-9
         spec.compiler.balanceinertia = True
         _light(spec)
         _add_hand(spec, recording)
-        _add_object(spec, mesh, color_of(recording.object.name))
+        _add_object(
+            spec, mesh, (*TRUTH, 0.6) if methods else (*color_of(recording.object.name), 1.0)
+        )
         self.model = spec.compile()
         self.data = mujoco.MjData(self.model)
         self._hand = hand
@@ -65,6 +76,8 @@ class Stage:
         self._ranks = np.arange(self.model.ngeom) - self.model.body_geomadr[self.model.geom_bodyid]
         self._colors = self.model.geom_rgba.copy()
         self._box = np.array(list(itertools.product(*mesh.bounds.T)))  # corners, object frame
+        self._center = recording.object.center
+        self._estimates = [method_color(name, k) for k, name in enumerate(methods)]
         self._shown: Instant | None = None
 
     def show(self, instant: Instant) -> None:
@@ -100,9 +113,36 @@ class Stage:
                 geom.emission = GLOW
             elif geom.objid in tinged:
                 geom.size[:] *= 1 + SWELL
-        for color, T in zip(ESTIMATES, instant.estimates, strict=False):
+        if self._estimates and instant.T_wo is not None:
+            self._add_box(scene, instant.T_wo, EDGES)
+        shown = zip(self._estimates, instant.estimates, instant.covariances, strict=True)
+        for color, T, covariance in shown:
             if T is not None:
-                _add_edges(scene, T[:3, 3] + self._box @ T[:3, :3].T, color)
+                self._add_box(scene, T, color)
+                self._add_region(scene, T, covariance, color)
+
+    def _add_box(self, scene: mujoco.MjvScene, T: np.ndarray, color: Color) -> None:
+        """The edges of the object's box where it is at T, (4, 4)."""
+        corners = T[:3, 3] + self._box @ T[:3, :3].T
+        for a, b in itertools.combinations(range(8), 2):
+            if (a ^ b).bit_count() == 1:
+                geom = _added(scene, mujoco.mjtGeom.mjGEOM_CAPSULE, (*color, 1.0))
+                mujoco.mjv_connector(
+                    geom, mujoco.mjtGeom.mjGEOM_CAPSULE, OUTLINE, corners[a], corners[b]
+                )
+                geom.emission = 0.2
+
+    def _add_region(
+        self, scene: mujoco.MjvScene, T: np.ndarray, covariance: np.ndarray, color: Color
+    ) -> None:
+        """The ellipsoid in which a method expects the object's centre with 95 %."""
+        region = center_ellipsoid(T[:3, :3], covariance, self._center)
+        if region is not None:
+            half, axes = region
+            geom = _added(scene, mujoco.mjtGeom.mjGEOM_ELLIPSOID, (*color, REGION))
+            geom.size[:], geom.mat[:] = half, axes
+            geom.pos[:] = T[:3, 3] + T[:3, :3] @ self._center
+            geom.emission = 0.3
 
     def light(self, middle: np.ndarray) -> None:
         """Let the lights stand around a point [m], shape (3,), world frame."""
@@ -175,7 +215,9 @@ def _add_hand(spec: mujoco.MjSpec, recording: Recording) -> None:
         )
 
 
-def _add_object(spec: mujoco.MjSpec, mesh: trimesh.Trimesh, color: Color) -> None:
+def _add_object(
+    spec: mujoco.MjSpec, mesh: trimesh.Trimesh, rgba: tuple[float, float, float, float]
+) -> None:
     spec.add_mesh(
         name=OBJECT,
         uservert=np.asarray(mesh.vertices, dtype=np.float64).ravel(),
@@ -183,27 +225,25 @@ def _add_object(spec: mujoco.MjSpec, mesh: trimesh.Trimesh, color: Color) -> Non
         inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL,  # not used; an open mesh fails otherwise
     )
     body = spec.worldbody.add_body(name=OBJECT)
-    body.add_geom(name=OBJECT, type=mujoco.mjtGeom.mjGEOM_MESH, meshname=OBJECT, rgba=(*color, 1.0))
+    body.add_geom(name=OBJECT, type=mujoco.mjtGeom.mjGEOM_MESH, meshname=OBJECT, rgba=rgba)
 
 
-def _add_edges(scene: mujoco.MjvScene, corners: np.ndarray, color: Color) -> None:
-    """Add the edges of a box, its corners (8, 3) [m] in the order of ``itertools.product``."""
-    for a, b in itertools.combinations(range(8), 2):
-        if (a ^ b).bit_count() == 1:
-            geom = scene.geoms[scene.ngeom]
-            scene.ngeom += 1
-            mujoco.mjv_initGeom(
-                geom,
-                mujoco.mjtGeom.mjGEOM_CAPSULE,
-                np.zeros(3),
-                np.zeros(3),
-                np.eye(3).ravel(),
-                np.array((*color, 1.0), dtype=np.float32),
-            )
-            mujoco.mjv_connector(
-                geom, mujoco.mjtGeom.mjGEOM_CAPSULE, OUTLINE, corners[a], corners[b]
-            )
-            geom.emission = 0.6
+def method_color(name: str, place: int) -> Color:
+    """A method's colour, as everywhere; ``place`` counts those that have none of their own."""
+    known = palette.OF_METHODS.get(name) or palette.OTHERS[place % len(palette.OTHERS)]
+    red, green, blue = (value / 255 for value in rgb(known))
+    return red, green, blue
+
+
+def _added(
+    scene: mujoco.MjvScene, kind: mujoco.mjtGeom, rgba: tuple[float, float, float, float]
+) -> mujoco.MjvGeom:
+    """One more geom in a scene."""
+    geom = scene.geoms[scene.ngeom]
+    scene.ngeom += 1
+    size, pos, mat = np.ones(3), np.zeros(3), np.eye(3).ravel()
+    mujoco.mjv_initGeom(geom, kind, size, pos, mat, np.array(rgba, dtype=np.float32))
+    return geom
 
 
 def _links_of_pads(model: mujoco.MjModel, pads: Sequence[int]) -> list[list[int]]:

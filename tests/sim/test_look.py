@@ -14,13 +14,15 @@ import sim.graphics
 from sim.__main__ import app
 from sim.appearance import color_of
 from sim.look import encode, film
-from sim.look.instants import instants, read_estimates
+from sim.look.instants import Estimated, instants, read_estimates
 from sim.look.sheet import contact_sheet
 from sim.look.views import find_views
 from vtgtsam import evaluate, load_hand, load_object, read_recording
+from vtgtsam.evaluation.palette import OF_METHODS, rgb
 from vtgtsam.exceptions import RecordingError
 from vtgtsam.recording import RecordingWriter
 from vtgtsam.recording.provenance import mesh_file, object_metadata
+from vtgtsam.recording.trajectory import PoseTrajectory
 
 SIZE = (160, 120)
 LINE = 16  # [pixels], of the caption below views of that size
@@ -118,8 +120,8 @@ def test_a_sheet_shows_the_object_and_lights_up_what_touches(recording):
     views = sheet[: 2 * height].reshape(2, height, 2, width, 3).swapaxes(1, 2)
     cube = like(views, color_of("cube")).sum(axis=(2, 3))
     assert (cube > 150).all()
-    orange = like(views, (1.0, 0.62, 0.3), 0.15).sum(axis=(2, 3))
-    assert (orange[:, 0] == 0).all() and (orange[:, 1] > 40).all()
+    yellow = like(views, (1.0, 0.88, 0.45), 0.15).sum(axis=(2, 3))
+    assert (yellow[:, 0] == 0).all() and (yellow[:, 1] > 40).all()
     middle = views[:, :, height // 4 : 3 * height // 4, width // 4 : 3 * width // 4]
     assert (middle.std(axis=(2, 3, 4)) > 15).all()  # hand and object stand in the middle
     assert (sheet[-LINE:, :, :].min(axis=(0, 2)) < 128).any()  # words
@@ -154,14 +156,29 @@ def test_estimates_are_drawn_in_their_colours(tmp_path, recording):
     out = tmp_path / "results"
     evaluate(recording.parent, ["vis"], "tuned", out)
     poses = {"vis": read_estimates(out, recording, "vis")}
-    assert len(poses["vis"]) == SECONDS * 50 + 1
-    plain = contact_sheet(recording, 1, SIZE)
-    edges = like(contact_sheet(recording, 1, SIZE, poses), (0.85, 0.10, 0.70), 0.25)
-    assert edges[: 2 * SIZE[1]].sum() > 60 > like(plain, (0.85, 0.10, 0.70), 0.25).sum()
+    assert len(poses["vis"].poses) == SECONDS * 50 + 1
+    plain = contact_sheet(recording, 1, SIZE)[: 2 * SIZE[1]]
+    compared = contact_sheet(recording, 1, SIZE, poses)[: 2 * SIZE[1]]
+    vermilion = np.array(rgb(OF_METHODS["vis"])) / 255
+    assert like(compared, vermilion, 0.2).sum() > 60 > like(plain, vermilion, 0.2).sum()
+    assert like(plain, color_of("cube")).sum() > 300 > like(compared, color_of("cube")).sum()
     with pytest.raises(RecordingError, match="has no method 'vis\\+tac'; it has vis"):
         read_estimates(out, recording, "vis+tac")
     with pytest.raises(RecordingError, match="holds no estimates of"):
         read_estimates(tmp_path, recording, "vis")
+
+
+@needs_graphics
+def test_an_estimate_is_drawn_with_the_region_in_which_it_expects_the_centre(recording):
+    times, T_wo = np.array([0.0, SECONDS]), gtsam.Pose3(gtsam.Rot3(), [0.09, 0.056, 0.1])
+    areas = []
+    for sigma in (1e-5, 0.02, np.inf):  # [m]
+        covariance = np.diag([1e-6] * 3 + [sigma**2] * 3)
+        vis = Estimated(PoseTrajectory(times, [T_wo, T_wo]), np.array([covariance] * 2))
+        sheet = contact_sheet(recording, 1, SIZE, {"vis": vis})[: 2 * SIZE[1]]
+        areas.append(like(sheet, np.array(rgb(OF_METHODS["vis"])) / 255, 0.3).sum())
+    assert areas[1] > 2 * areas[0]
+    assert abs(areas[2] - areas[0]) < 0.3 * areas[0]  # where nothing is known nothing is drawn
 
 
 @needs_graphics

@@ -2,7 +2,7 @@
 import numpy as np
 import pytest
 
-from vtgtsam.covariance import all_held, covariance_of, known_inverse
+from vtgtsam.covariance import all_held, center_ellipsoid, covariance_of, known_inverse
 
 SCALES = np.array([0.1, 0.1, 0.1, 1.0, 1.0, 1.0])  # [m], a radian counts as a tenth of a metre
 
@@ -63,3 +63,19 @@ def test_what_a_robust_loss_leaves_of_an_outlier_is_nothing_and_no_overflow(left
     information = left * random_information(0)
     assert np.isposinf(np.diag(covariance_of(information))).all()
     assert (known_inverse(information) == 0).all()
+
+
+def test_the_ellipsoid_of_a_centre_away_from_the_frame_grows_with_the_rotations_uncertainty():
+    sigma_rad, sigma_m = 0.01, 1e-3
+    covariance = np.diag([0, 0, sigma_rad**2, sigma_m**2, sigma_m**2, sigma_m**2])
+    covariance[2, 4] = covariance[4, 2] = 0.5 * sigma_rad * sigma_m  # turn about z, shift along y
+    half, axes = center_ellipsoid(np.eye(3), covariance, np.array([0.2, 0.0, 0.0]))
+    # A turn about z moves the centre along y, by 2 mm a standard deviation.
+    np.testing.assert_allclose(np.abs(axes[:, -1]), [0, 1, 0], atol=1e-9)
+    sigmas = half / np.sqrt(7.815)
+    np.testing.assert_allclose(sigmas, [1e-3, 1e-3, 1e-3 * np.sqrt(1 + 4 + 2)], rtol=1e-9)
+    assert np.linalg.det(axes) == pytest.approx(1)
+
+
+def test_an_infinite_covariance_has_no_ellipsoid():
+    assert center_ellipsoid(np.eye(3), np.diag([1, 1, np.inf, 1, 1, 1]), np.zeros(3)) is None

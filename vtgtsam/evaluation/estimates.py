@@ -76,6 +76,16 @@ def poses(rows: Sequence[Mapping[str, Any]]) -> list[gtsam.Pose3 | None]:
     return [None if row["x"] is None else _pose(row) for row in rows]
 
 
+def covariances(rows: Sequence[Mapping[str, Any]]) -> list[np.ndarray]:
+    """Covariances of the table's rows, (6, 6), rotation first."""
+    upper = np.triu_indices(6)
+    found = np.empty((len(rows), 6, 6))
+    for covariance, row in zip(found, rows, strict=True):
+        covariance[upper] = [row[name] for name in COVARIANCE]
+        covariance.T[upper] = covariance[upper]
+    return list(found)
+
+
 def _poses(T_wo: Sequence[gtsam.Pose3 | None]) -> dict[str, pa.Array]:
     """Columns of translations [m] and quaternions, null where there is no pose."""
     there = np.array([T is not None for T in T_wo], dtype=bool)

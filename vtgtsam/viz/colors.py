@@ -1,24 +1,22 @@
 # SPDX-License-Identifier: MIT
-"""Colours that a colour-blind reader tells apart (Okabe and Ito, 2008), as RGB or RGBA."""
+"""Colours of the viewer as RGB: methods as everywhere (``evaluation.palette``), the truth grey, pads by belief."""
 
 from __future__ import annotations
 
 import numpy as np
 
+from ..evaluation.palette import OF_METHODS, OTHERS, TRUTH, rgb
 from . import names
 
 RGB = tuple[int, int, int]
 
 NAMED: dict[str, RGB] = {
-    names.TRUTH: (0, 158, 115),
-    "vis": (213, 94, 0),
-    names.TRACKER: (213, 94, 0),
-    "vis+pen": (204, 121, 167),
-    "vis+tac+pen": (86, 180, 233),
-    "vis+tac+pen+mem": (0, 114, 178),
-    names.LIVE: (0, 114, 178),
+    **{method: rgb(color) for method, color in OF_METHODS.items()},
+    names.TRUTH: rgb(TRUTH),
+    names.TRACKER: rgb(OF_METHODS["vis"]),
+    names.LIVE: rgb(OF_METHODS["vis+tac+pen+mem"]),  # what a plain estimator does
 }
-_OTHERS: tuple[RGB, ...] = ((240, 228, 66), (230, 159, 0), (160, 160, 160))
+_OTHERS: tuple[RGB, ...] = (*map(rgb, OTHERS[:2]), (240, 228, 66))  # black is not seen there
 
 FREE = np.array([150, 155, 165])  # a pad without contact
 DOUBTED = np.array([0, 114, 178])  # in contact, but the estimate does not count on it

@@ -96,6 +96,8 @@ class _Drawing:
             T_wo = track.poses[index]
             if T_wo is not None:
                 self._drawing.pose(track.name, T_wo, frame.T_wo_visual, T_true)
+                if len(track.covariances):
+                    self._scene.uncertainty(track.name, T_wo, track.covariances[index])
 
     def _draw_hand(self, index: int, frame: Measurement) -> None:
         assert frame.joints is not None  # a recording always has them

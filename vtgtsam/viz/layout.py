@@ -10,7 +10,7 @@ import numpy as np
 import rerun.blueprint as rrb
 
 from . import names
-from .scene import pose_path
+from .scene import pose_path, uncertainty_path
 
 DISTANCE = 0.42  # [m], from the eye to what it looks at: hand and object fill the view
 BACKGROUND = (52, 56, 64)  # hands are often black
@@ -84,7 +84,9 @@ def _space(hidden: Iterable[str], eye: Eye | None) -> rrb.Spatial3DView:
     return rrb.Spatial3DView(
         origin=names.WORLD,
         name="hand and object",
-        overrides={pose_path(name): invisible for name in hidden},
+        overrides={
+            path(name): invisible for name in hidden for path in (pose_path, uncertainty_path)
+        },
         eye_controls=None
         if eye is None
         else rrb.EyeControls3D(position=eye.position, look_target=eye.target),

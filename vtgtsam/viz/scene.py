@@ -26,6 +26,7 @@ import numpy as np
 import rerun as rr
 from scipy.spatial.transform import Rotation
 
+from ..covariance import center_ellipsoid
 from ..hands.shapes import link_meshes
 from ..recording.images import encode_color, encode_depth
 from . import colors, names
@@ -40,9 +41,9 @@ if TYPE_CHECKING:
 POINT_SIZE = 0.25  # [pixels], of a depth image's points in space: the rest is seen between them
 PAD_THICKNESS = 0.0016  # [m], of the drawn pad; half of it lies above the contact face, to be seen
 LINK_OPACITY = 110  # of 255: the pads of a closed hand are seen through its links
+OPACITY = 150  # of 255, of objects
 CAMERA_SIZE = 0.05  # [m], distance at which the camera's image plane is drawn
 POINT_RADIUS = 0.003  # [m]
-QUANTILE_95 = 7.815  # of chi squared with 3 degrees of freedom
 CALENDAR_S = 1e9  # [s], clocks beyond this count from 1970
 
 
@@ -123,21 +124,17 @@ class Scene:
             T_wo: The pose.
             covariance: Of its right perturbation, rotation first, shape (6, 6).
         """
-        path = f"{names.WORLD}/uncertainty/{rr.escape_entity_path_part(name)}"
+        path = uncertainty_path(name)
         center_o = self._obj.center
-        moves = np.hstack([-_skew(center_o), np.eye(3)])  # of the centre, in the object's frame
-        spread = moves @ covariance @ moves.T if np.isfinite(covariance).all() else None
-        if spread is None:
+        region = center_ellipsoid(T_wo.rotation().matrix(), covariance, center_o)
+        if region is None:
             self._stream.log(path, rr.Clear(recursive=False))
             return
-        variances, axes = np.linalg.eigh(spread)
-        axes = axes if np.linalg.det(axes) > 0 else -axes
-        turned = Rotation.from_matrix(T_wo.rotation().matrix() @ axes)
-        half = np.sqrt(QUANTILE_95 * np.maximum(variances, 0.0))
+        half, axes = region
         ellipsoid = rr.Ellipsoids3D(
             centers=[T_wo.transformFrom(center_o)],
             half_sizes=[half],
-            quaternions=[turned.as_quat()],  # xyzw
+            quaternions=[Rotation.from_matrix(axes).as_quat()],  # xyzw
             colors=[self._palette.of(name)],
             fill_mode="majorwireframe",
         )
@@ -259,7 +256,7 @@ class Scene:
             vertex_positions=mesh.vertices,
             triangle_indices=mesh.faces,
             vertex_normals=mesh.vertex_normals,
-            albedo_factor=[*self._palette.of(name), 255 if name == names.TRUTH else 150],
+            albedo_factor=[*self._palette.of(name), OPACITY],  # ellipsoids lie inside
         )
         self._stream.log(path, shape)
 
@@ -267,6 +264,11 @@ class Scene:
 def pose_path(name: str) -> str:
     """Path of the object at the pose that ``name`` gives it."""
     return f"{names.WORLD}/object/{rr.escape_entity_path_part(name)}"
+
+
+def uncertainty_path(name: str) -> str:
+    """Path of the ellipsoid in which ``name`` expects the object's centre."""
+    return f"{names.WORLD}/uncertainty/{rr.escape_entity_path_part(name)}"
 
 
 def plot_path(quantity: str, name: str) -> str:
@@ -277,11 +279,6 @@ def plot_path(quantity: str, name: str) -> str:
 def _transform(pose: gtsam.Pose3) -> rr.Transform3D:
     quaternion: Any = pose.rotation().toQuaternion()
     return rr.Transform3D(translation=pose.translation(), quaternion=quaternion.coeffs())  # xyzw
-
-
-def _skew(v: np.ndarray) -> np.ndarray:
-    x, y, z = v.tolist()
-    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
 
 
 def _normals(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:

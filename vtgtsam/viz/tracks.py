@@ -37,6 +37,7 @@ class Track:
         poses: T_wo in each frame, None where it gave none.
         statuses: Status in each frame; empty where it is not known.
         visual_weights: Weight of the visual pose in each frame; empty where statuses is.
+        covariances: Covariance of each frame's pose, (6, 6), rotation first; empty where it is not known.
         config: Its settings, None where they are not known.
     """
 
@@ -44,6 +45,7 @@ class Track:
     poses: Sequence[gtsam.Pose3 | None]
     statuses: Sequence[str] = ()
     visual_weights: Sequence[float] = ()
+    covariances: Sequence[np.ndarray] = ()
     config: EstimatorConfig | None = None
 
     @property
@@ -140,13 +142,14 @@ def _check_same(
 
 
 def _track(method: str, rows: list[dict[str, Any]], config: EstimatorConfig | None) -> Track:
-    from ..evaluation.estimates import poses
+    from ..evaluation.estimates import covariances, poses
 
     return Track(
         method,
         poses(rows),
         [row["status"] for row in rows],
         [row["visual_weight"] for row in rows],
+        covariances(rows),
         config,
     )
 

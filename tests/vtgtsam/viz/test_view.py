@@ -91,6 +91,41 @@ def test_the_object_stands_at_the_truth_and_at_each_methods_estimate(grasp, show
         np.testing.assert_allclose(q, rows[["qx", "qy", "qz", "qw"]], atol=1e-6)
 
 
+def test_each_estimate_has_the_ellipsoid_that_holds_its_centre_with_95_percent(grasp, shown):
+    recording, out = read_recording(grasp[0]), grasp[1]
+    stored = pd.read_parquet(out / "estimates" / "set__box_0.parquet")
+    rows = stored[stored["method"] == "vis+tac+pen"]
+    path = r"/world/uncertainty/vis\+tac\+pen"
+    half = shown.numbers(path, "Ellipsoids3D:half_sizes")
+    center = shown.numbers(path, "Ellipsoids3D:centers")
+    T = gtsam.Pose3(
+        gtsam.Rot3.Quaternion(*rows[["qw", "qx", "qy", "qz"]].iloc[-1]),
+        rows[["x", "y", "z"]].iloc[-1],
+    )
+    np.testing.assert_allclose(center[-1], T.transformFrom(recording.object.center), atol=1e-6)
+    # Of many poses that are drawn from the covariance 95 % have their centre inside.
+    names = [name for name in rows if name.startswith("cov_")]
+    covariance = np.zeros((6, 6))
+    covariance[np.triu_indices(6)] = rows[names].iloc[-1]
+    covariance += np.triu(covariance, 1).T
+    quaternion = shown.numbers(path, "Ellipsoids3D:quaternions")[-1]
+    axes = gtsam.Rot3.Quaternion(*np.roll(quaternion.astype(float), 1)).matrix()
+    drawn = np.random.default_rng(0).multivariate_normal(np.zeros(6), covariance, 4000)
+    centers = np.array([T.retract(xi).transformFrom(recording.object.center) for xi in drawn])
+    inside = np.sum((((centers - center[-1]) @ axes) / half[-1]) ** 2, axis=1) < 1
+    assert 0.93 < inside.mean() < 0.97
+
+
+def test_the_truth_is_grey_and_methods_have_their_colours_of_the_report():
+    from vtgtsam.evaluation.figures.style import looks
+    from vtgtsam.viz.colors import Palette
+
+    red, green, blue = Palette().of("truth")
+    assert max(red, green, blue) - min(red, green, blue) < 20
+    for method, look in looks([*METHODS, "vis+tac+pen+mem"]).items():
+        assert "#{:02X}{:02X}{:02X}".format(*Palette().of(method)) == look.color
+
+
 def test_errors_are_those_of_the_evaluation(grasp, shown):
     _, out = grasp
     metrics = pd.read_parquet(out / "metrics.parquet")

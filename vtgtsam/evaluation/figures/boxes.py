@@ -10,6 +10,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.patches import Patch
 
+from ..palette import rgb
 from ..statistics import quantile
 from .style import Look, error_axis
 
@@ -130,5 +131,5 @@ def _box(ax: Axes, x: float, width: float, values: np.ndarray, look: Look) -> No
 
 def _light(color: str) -> tuple[float, float, float]:
     """The colour on white paper with a third of its ink."""
-    red, green, blue = (int(color[i : i + 2], 16) / 255 for i in (1, 3, 5))
+    red, green, blue = (value / 255 for value in rgb(color))
     return 1 - 0.3 * (1 - red), 1 - 0.3 * (1 - green), 1 - 0.3 * (1 - blue)

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """How all figures look: readable in print, in grey and by the colour-blind.
 
-A method has its colour (Okabe and Ito's palette), line style, hatch and marker in every figure, so that
+A method has its colour (``palette``), line style, hatch and marker in every figure, so that
 none of them depends on colour alone. A figure is as wide as a paper's column and its text as large as a
 caption's.
 """
@@ -16,6 +16,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullLocator
 
+from ..palette import OF_METHODS, OTHERS
 from ..statistics import quantile
 
 COLUMN = 4.2  # [inch], width of a figure; 17 % wider than a paper's column, shown at its width
@@ -61,15 +62,15 @@ class Look:
 
 
 _KNOWN = {
-    "vis": Look("#D55E00", (0, (4, 1.5)), "", "o"),
-    "vis+pen": Look("#009E73", (0, (6, 1.5, 1, 1.5)), "////", "s"),
-    "vis+tac+pen": Look("#0072B2", "-", "xxxx", "D"),
-    "vis+tac+pen+mem": Look("#CC79A7", (0, (3, 1, 1, 1, 1, 1)), "||||", "P"),
+    "vis": Look(OF_METHODS["vis"], (0, (4, 1.5)), "", "o"),
+    "vis+pen": Look(OF_METHODS["vis+pen"], (0, (6, 1.5, 1, 1.5)), "////", "s"),
+    "vis+tac+pen": Look(OF_METHODS["vis+tac+pen"], "-", "xxxx", "D"),
+    "vis+tac+pen+mem": Look(OF_METHODS["vis+tac+pen+mem"], (0, (3, 1, 1, 1, 1, 1)), "||||", "P"),
 }
 _OTHERS = (
-    Look("#56B4E9", (0, (1, 1)), "\\\\\\\\", "^"),
-    Look("#E69F00", (0, (8, 2)), "++++", "v"),
-    Look("#000000", (0, (1, 3)), "----", "X"),
+    Look(OTHERS[0], (0, (1, 1)), "\\\\\\\\", "^"),
+    Look(OTHERS[1], (0, (8, 2)), "++++", "v"),
+    Look(OTHERS[2], (0, (1, 3)), "----", "X"),
 )
 
 
