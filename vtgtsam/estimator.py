@@ -28,13 +28,13 @@ from .faults.watch import Watch
 from .faults.words import HAND_FROZEN, TIME_WENT_BACK, VISION_TOO_LATE
 from .frame import Frame, Hand, check, require_finite_pose
 from .hands.pads import PadSet
-from .history import SAME, History, Past
+from .history import SAME, History, LinearizedHand, Past
 from .measurement import Measurement
 from .memory import Belief
 from .modes import Mode, ModeFilter
 from .objects import ObjectModel
 from .offsets import CalibrationPrior
-from .relinearize import moved
+from .relinearize import solved_again
 from .sdf.search.compiled_search import closest_on_pads
 from .solver import FrameSolver, Solved
 
@@ -226,14 +226,20 @@ class PoseEstimator:
         self._belief = again[0].before
         weight = 0.0
         for k, past in enumerate(again):
-            anew = moved(past, self._belief, self.config) if k > 0 else None
-            if anew is None:
-                solved = self._step(past.frame, past.mode, self._belief)
-                anew = _past(past.frame, past.mode, self._belief, solved)
-                weight = solved.fit.visual_weight if solved is not None and k == 0 else weight
-            self._history.append(anew)
-            self._belief = self._belief if anew.after is None else anew.after
+            past, counted = self._again(past)
+            self._history.append(past)
+            self._belief = self._belief if past.after is None else past.after
+            weight = counted if k == 0 else weight
         return weight
+
+    def _again(self, past: Past) -> tuple[Past, float]:
+        """A frame solved again from what is believed now, and how much its visual pose counted."""
+        prior = self._calibration_prior(past.frame)
+        if again := solved_again(past, self._belief, prior, self.config):
+            return again
+        solved = self._step(past.frame, past.mode, self._belief)
+        weight = 0.0 if solved is None else solved.fit.visual_weight
+        return _past(past.frame, past.mode, self._belief, solved), weight
 
     def _out_of_order(self, frame: Frame) -> Estimate:
         """A frame that is earlier than the last one: by itself, and nothing is remembered of it."""
@@ -267,7 +273,8 @@ class PoseEstimator:
 def _past(frame: Frame, mode: Mode, before: Belief | None, solved: Solved | None) -> Past:
     if solved is None:
         return Past(frame, mode, before)
-    return Past(frame, mode, before, solved.belief, solved.information)
+    hand = LinearizedHand(solved.fit.T_ho, solved.hand)
+    return Past(frame, mode, before, solved.belief, hand)
 
 
 def _require_calibration(calibration: Calibration, hand: PadSet) -> None:

@@ -3,7 +3,7 @@
 
 An image is taken, sent and tracked before its pose arrives, and the hand has moved since. The frame of the image's
 instant is solved again with the pose in it, from what was believed before it, and so are all frames after it, which
-keep their own factors as they were linearized while they move little (``relinearize``).
+their hands' factors stay linearized while they move little (``relinearize``).
 """
 
 from __future__ import annotations
@@ -25,6 +25,25 @@ KEPT = 0.5  # [s]
 SAME = 1e-3  # [s], instants that are closer are the same frame's
 
 
+class LinearizedHand(NamedTuple):
+    """The factors of a frame's hand, linearized.
+
+    Attributes:
+        T_ho: Where.
+        says: What they say of the pose there.
+    """
+
+    T_ho: gtsam.Pose3
+    says: FrameInformation
+
+    def factor(self, key: int) -> gtsam.LinearContainerFactor:
+        """They as one factor on the object's pose ``key``."""
+        linear = gtsam.HessianFactor(key, self.says.information, -self.says.gradient, 0.0)
+        there = gtsam.Values()
+        there.insert(key, pose3=self.T_ho)
+        return gtsam.LinearContainerFactor(linear, there)
+
+
 class Past(NamedTuple):
     """A frame, and what was believed before and after it.
 
@@ -33,14 +52,14 @@ class Past(NamedTuple):
         mode: How the object moved in the hand.
         before: What was believed before it.
         after: What was believed after it; None where it was not solved.
-        says: What the frame itself said there; None where it was not solved.
+        hand: What its hand said where it was solved; None where it was not.
     """
 
     frame: Frame
     mode: Mode
     before: Belief | None
     after: Belief | None = None
-    says: FrameInformation | None = None
+    hand: LinearizedHand | None = None
 
 
 class History:
@@ -103,9 +122,10 @@ class History:
                 visual_covariance=late.visual_covariance,
                 suspect=late.suspect,
             )
-            again[0] = Past(seen, again[0].mode, again[0].before)
+            again[0] = again[0]._replace(frame=seen)
         elif self._past:  # between two frames: contacts and joints as in the one before
-            earlier = self._past[-1].frame
+            last = self._past[-1]
+            earlier = last.frame
             between = earlier._replace(
                 time=late.time,
                 T_wh=late.T_wh,
@@ -113,7 +133,7 @@ class History:
                 visual_covariance=late.visual_covariance,
                 suspect=late.suspect,
             )
-            mode = again[0].mode if again else self._past[-1].mode
+            mode = again[0].mode if again else last.mode
             before = again[0].before if again else now
-            again.insert(0, Past(between, mode, before))
+            again.insert(0, Past(between, mode, before, hand=last.hand))
         return again

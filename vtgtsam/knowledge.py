@@ -29,11 +29,11 @@ from .offsets import CAMERA, CalibrationPrior
 
 
 class FrameInformation(NamedTuple):
-    """What one frame says of the pose.
+    """What a frame, its hand or its visual pose says of the object's pose.
 
     Attributes:
         information: S, shape (6, 6).
-        gradient: Of its cost with the offsets at their best, shape (6,); what is remembered holds against it.
+        gradient: Of its cost, the joints' zeros at their best, shape (6,); what is remembered holds against it.
         pull: B, shape (6, 6 + J).
         noise: S - B P0 B', the part of S^-1 B that noise has, shape (6, 6).
     """
@@ -42,6 +42,10 @@ class FrameInformation(NamedTuple):
     gradient: np.ndarray
     pull: np.ndarray
     noise: np.ndarray
+
+    def plus(self, other: FrameInformation) -> FrameInformation:
+        """Both together; they have no offset in common."""
+        return FrameInformation(*(mine + its for mine, its in zip(self, other, strict=True)))
 
 
 class Knowledge(NamedTuple):
@@ -67,26 +71,35 @@ class Knowledge(NamedTuple):
         return covariance
 
 
-def frame_information(
-    factors: FrameFactors,
-    values: gtsam.Values,
-    prior: CalibrationPrior,
-    T_wo_visual: gtsam.Pose3 | None,
+def hand_information(
+    factors: FrameFactors, values: gtsam.Values, prior: CalibrationPrior
 ) -> FrameInformation:
-    """What a frame's factors say at the estimate; robust losses count with the weights they leave."""
+    """What a frame's hand says at the estimate; robust losses count with the weights they leave."""
     pull = np.zeros((6, len(prior.covariance)))
-    H, b = factors.normal_equations(factors.graph(), values)
+    H, b = factors.normal_equations(factors.hand_graph(), values)
     information, gradient = H[:6, :6], -b[:6]
     if len(H) > 6:  # the joints' zeros, with their prior, are the rest
         gain = np.linalg.solve(H[6:, 6:], H[6:, :6])
         information = information - H[:6, 6:] @ gain
         gradient = gradient + gain.T @ b[6:]
         pull[:, CAMERA:] = gain.T @ np.linalg.inv(prior.covariance[CAMERA:, CAMERA:])
-    if T_wo_visual is not None and factors.visual is not None and prior.camera_uncertain:
-        of_visual = factors.visual.linearize(values).jacobian()[0]
-        pull[:, :CAMERA] = of_visual.T @ of_visual @ prior.camera_jacobian(T_wo_visual)
+    return FrameInformation(information, gradient, pull, information - pull @ prior.apart @ pull.T)
+
+
+def vision_information(
+    visual: gtsam.PriorFactorPose3,
+    values: gtsam.Values,
+    prior: CalibrationPrior,
+    T_wo_visual: gtsam.Pose3,
+) -> FrameInformation:
+    """What a frame's visual pose says at the estimate, with the weight that its robust loss leaves."""
+    pull = np.zeros((6, len(prior.covariance)))
+    jacobian, b = visual.linearize(values).jacobian()
+    information = jacobian.T @ jacobian
+    if prior.camera_uncertain:
+        pull[:, :CAMERA] = information @ prior.camera_jacobian(T_wo_visual)
     noise = information - pull @ prior.apart @ pull.T
-    return FrameInformation(information, gradient, pull, noise)
+    return FrameInformation(information, -jacobian.T @ b, pull, noise)
 
 
 def fused(

@@ -17,7 +17,7 @@ from .config import EstimatorConfig
 from .frame import Frame
 from .graph import FrameFactors, frame_factors
 from .hands.pads import PadSet
-from .knowledge import FrameInformation, Knowledge, frame_information, fused
+from .knowledge import FrameInformation, Knowledge, fused, hand_information, vision_information
 from .memory import Belief, Expectation, expectation, may_take_over, refused_since
 from .modes import Mode
 from .offsets import CalibrationPrior
@@ -40,13 +40,13 @@ class Solved(NamedTuple):
 
     Attributes:
         fit: Where the solver ended.
-        information: What the frame says of the pose there.
-        knowledge: What is known of it, memory included.
+        hand: What the hand says of the pose there.
+        knowledge: What is known of it, vision and memory included.
         belief: What is remembered of it.
     """
 
     fit: Fit
-    information: FrameInformation
+    hand: FrameInformation
     knowledge: Knowledge
     belief: Belief
 
@@ -91,12 +91,17 @@ class FrameSolver:
             fit, expected = self._remembered(frame, factors, start, mode, before)
         else:
             fit = self._fused(frame, factors, start)
-        information = frame_information(factors, fit.values, prior, frame.T_wo_visual)
-        knowledge = fused(information) if expected is None else expected.posterior(information)
+        hand = says = hand_information(factors, fit.values, prior)
+        if factors.visual is not None:
+            assert frame.T_wo_visual is not None
+            says = hand.plus(
+                vision_information(factors.visual, fit.values, prior, frame.T_wo_visual)
+            )
+        knowledge = fused(says) if expected is None else expected.posterior(says)
         refused = refused_since(before, frame, fit.visual_weight, self._config)
         kept = knowledge if self._config.memory else None
         belief = Belief(frame.time, fit.T_ho, kept, refused)
-        return Solved(fit, information, knowledge, belief)
+        return Solved(fit, hand, knowledge, belief)
 
     def _as_seen(self, frame: Frame, factors: FrameFactors, start: gtsam.Pose3) -> Fit:
         """Method ``vis``: the visual pose as it is; where there is none the last one, carried with the hand."""
@@ -148,7 +153,7 @@ class FrameSolver:
         return self._fit(factors, solution, moved)
 
     def _fit(self, factors: FrameFactors, solution: Solution, moved: bool) -> Fit:
-        weight = visual_weight(factors, solution.values, self._config.visual_log_theta)
+        weight = visual_weight(factors.visual, solution.values, self._config.visual_log_theta)
         return Fit(factors, *solution, moved, weight)
 
     def __getstate__(self) -> dict[str, Any]:

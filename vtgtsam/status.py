@@ -63,11 +63,13 @@ def is_lost(fit: Fit) -> bool:
     return fit.visual_weight < REJECTED and not held_by_hand(fit)
 
 
-def visual_weight(factors: FrameFactors, values: gtsam.Values, log_theta: float) -> float:
+def visual_weight(
+    visual: gtsam.PriorFactorPose3 | None, values: gtsam.Values, log_theta: float
+) -> float:
     """How much the visual pose counts after its Welsch loss, in [0, 1]: rho' = 1 - rho / theta."""
-    if factors.visual is None:
+    if visual is None:
         return 0.0
-    return max(0.0, 1.0 - 2.0 * factors.visual.error(values) / math.exp(log_theta))
+    return max(0.0, 1.0 - 2.0 * visual.error(values) / math.exp(log_theta))
 
 
 def held_by_hand(fit: Fit) -> bool:

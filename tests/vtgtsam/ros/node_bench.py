@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import bisect
 import contextlib
 import os
 import signal
@@ -11,6 +12,8 @@ import sys
 import threading
 import time
 from pathlib import Path
+
+from vtgtsam.recording import messages
 
 ROOT = Path(__file__).parents[3]
 HERE = Path(__file__).parent
@@ -80,7 +83,8 @@ class Listener:
         self.node = rclpy.create_node("listener")
         self.poses, self.diagnostics, self.markers = [], [], []
         make = self.node.create_subscription
-        make(PoseWithCovarianceStamped, "/vtgtsam/object_pose", self.poses.append, 50)
+        make(PoseWithCovarianceStamped, "/vtgtsam/object_pose", self._hear, 50)
+        self._heard = []  # when each pose came [ns]
         make(DiagnosticArray, "/diagnostics", self.diagnostics.append, 50)
         make(MarkerArray, "/vtgtsam/markers", self.markers.append, 50)
         self._executor = SingleThreadedExecutor()
@@ -88,6 +92,33 @@ class Listener:
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._spin, daemon=True)
         self._thread.start()
+
+    def _hear(self, pose):
+        self._heard.append(time.time_ns())
+        self.poses.append(pose)
+
+    def latencies(self, sent):
+        """From the publishing of the message that completed each pose's instant to the pose, heard here [s].
+
+        Args:
+            sent: What the robot published: part, stamp [ns], instant of publishing [ns]. Its contacts have no stamps
+                of their own and get those of their receipt.
+        """
+        streams = {}
+        for part, stamp, published in sent:
+            stamps, instants = streams.setdefault(part, ([], []))
+            stamps.append(published if part == "contacts" else stamp)
+            instants.append(published)
+        del streams["vision"]  # is never waited for
+        found = []
+        for heard, pose in zip(self._heard, self.poses, strict=True):
+            instant = messages.stamp_ns(pose)
+            published = []
+            for part, (stamps, instants) in streams.items():
+                k = bisect.bisect_left(stamps, instant) - (part == "contacts")
+                published.append(instants[min(max(k, 0), len(instants) - 1)])
+            found.append((heard - max(published)) / 1e9)
+        return found
 
     def _spin(self):
         from rclpy.executors import ExternalShutdownException

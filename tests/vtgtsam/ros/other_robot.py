@@ -10,8 +10,10 @@ joints that nobody asked for; contacts are bytes without names or stamps... as P
 from __future__ import annotations
 
 import argparse
+import json
 import sys
 import time
+from pathlib import Path
 
 import gtsam
 import numpy as np
@@ -69,6 +71,7 @@ class Robot:
         self.wrist = make(PoseStamped, "/other/wrist", latched)
         self.tracker = make(PoseWithCovarianceStamped, "/tracker/pose", 10)
         self.clock = make(Clock, "/clock", 10) if given.sim else None
+        self.sent = []  # what was published: part, stamp [ns], instant of publishing [ns]
 
     def play(self):
         events = sorted(self.events(), key=lambda event: event[0])
@@ -80,7 +83,8 @@ class Robot:
             left = begin + (due - first) / 1e9 / self.given.rate - time.monotonic()
             if left > 0:
                 time.sleep(left)
-            publish()
+            part, stamp = publish()
+            self.sent.append((part, stamp + self.offset, time.time_ns()))
 
     def events(self):
         """When something becomes known [ns] and what is published then."""
@@ -95,10 +99,10 @@ class Robot:
         if "contacts" in only:
             for stamp in s.contacts.times_ns.tolist():
                 bits = [self.at(s.contacts, name, stamp) for name in self.hand.pad_names]
-                yield stamp, self.skin_event(bits)
+                yield stamp, self.skin_event(stamp, bits)
         if "wrist" in only and s.hand_pose is not None:
             for stamp, pose in zip(s.hand_pose.times_ns.tolist(), s.hand_pose.poses, strict=True):
-                yield stamp, self.pose_event(self.wrist, stamp, pose)
+                yield stamp, self.wrist_event(stamp, pose)
         if "vision" in only:
             late = round(self.given.late * 1e9)
             for k, stamp in enumerate(s.vision.times_ns.tolist()):
@@ -120,21 +124,24 @@ class Robot:
             message.name = [*names, "wheel"] if which else list(names)
             message.position = [*angles, 9.0] if which else angles
             self.joints[which].publish(message)
+            return f"joints {which}", stamp
 
         return publish
 
-    def skin_event(self, bits):
+    def skin_event(self, stamp, bits):
         def publish():
             felt = [PRESSED if bit > 0.5 else RELEASED for bit in bits]
             self.skin.publish(Float32MultiArray(data=felt))
+            return "contacts", stamp
 
         return publish
 
-    def pose_event(self, publisher, stamp, pose):
+    def wrist_event(self, stamp, pose):
         def publish():
             message = stamped(PoseStamped(), stamp + self.offset, "map")
             fill_pose(message.pose, pose)
-            publisher.publish(message)
+            self.wrist.publish(message)
+            return "wrist", stamp
 
         return publish
 
@@ -149,6 +156,7 @@ class Robot:
                 ros = ros_from_tangent(covariance, T_co.rotation())
                 message.pose.covariance = ros.ravel().tolist()
             self.tracker.publish(message)
+            return "vision", stamp
 
         return publish
 
@@ -157,6 +165,7 @@ class Robot:
             message = Clock()
             message.clock.sec, message.clock.nanosec = divmod(stamp + self.offset, 10**9)
             self.clock.publish(message)
+            return "clock", stamp
 
         return publish
 
@@ -189,6 +198,7 @@ def main():
         "--stamps", type=int, default=0, help="added to the recording's [ns]; else now"
     )
     parser.add_argument("--seconds", type=float, default=0.0)
+    parser.add_argument("--sent", help="file for what was published when")
     parser.add_argument("--sim", action="store_true", help="publish /clock, too")
     given = parser.parse_args()
     recording = read_recording(given.recording)
@@ -197,6 +207,8 @@ def main():
     print("ready", flush=True)
     wait_for_listener(robot, given)
     robot.play()
+    if given.sent:
+        Path(given.sent).write_text(json.dumps(robot.sent))
     print("played", flush=True)
     time.sleep(0.5)
     robot.node.destroy_node()

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 import signal
 
@@ -58,7 +59,7 @@ def test_another_robots_grasp_gives_the_poses_of_its_recording_replayed(
     )
     node = start_node("--record", path)
     documented = start(program)
-    robot = start_robot("--late", "0.08")
+    robot = start_robot("--late", "0.08", "--sent", tmp_path / "sent.json")
     robot.wait_for("played")
     documented.wait_for(" m, ")
     wait_until(lambda: listener.said("joints")[0] == ERROR)  # it is over, and that is said
@@ -84,7 +85,13 @@ def test_another_robots_grasp_gives_the_poses_of_its_recording_replayed(
     assert np.median(errors) < 0.004  # [m]
     shown = listener.markers[-1].markers
     assert [m.ns for m in shown] == ["object", "contacts"] and len(shown[1].points) >= 1
-    print(f"latency: {listener.said('estimate')[2]['latency p50, p95 [ms]']} ms (p50, p95)")
+    latencies = 1000 * np.array(
+        listener.latencies(json.loads((tmp_path / "sent.json").read_text()))
+    )
+    assert (latencies > 0.0).all()
+    p50, p95 = np.percentile(latencies, [50, 95])
+    inside = listener.said("estimate")[2]["latency p50, p95 [ms]"]
+    print(f"last message to pose, p50 and p95: {p50:.1f}, {p95:.1f} ms; in the node {inside}")
 
 
 def robot_offset(path, truth):
