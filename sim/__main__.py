@@ -171,7 +171,10 @@ def look(
         typer.Option(help="Folder that `vtgtsam evaluate` wrote; its poses are drawn too."),
     ] = None,
     methods: Annotated[
-        str, typer.Option(help="Methods whose poses are drawn, separated by commas.")
+        str,
+        typer.Option(
+            help="Methods whose poses are drawn, separated by commas; NAME=METHOD gives one another name."
+        ),
     ] = "vis,vis+tac+pen",
     force: Force = False,
 ) -> None:
@@ -192,8 +195,9 @@ def look(
     shape = _size(size)
     shown = {}
     if estimates is not None:
-        names = [name.strip() for name in methods.split(",")]
-        shown = {name: read_estimates(estimates, recording, name) for name in names}
+        for words in methods.split(","):
+            name, _, method = words.strip().rpartition("=")
+            shown[name or method] = read_estimates(estimates, recording, method)
     if suffix == ".png":
         write_sheet(recording, out, instants, shape, shown)
     else:

@@ -31,8 +31,8 @@ vtgtsam evaluate "$OUT/judging" --calibration "$OUT/calibration.yaml" --out "$OU
 
 FILM=$OUT/box.webp
 if python -m sim look "$OUT/judging/vary/box_0.mcap" --out "$FILM" --estimates "$OUT/evaluation" --force \
-    --methods vis,vis+tac+pen+mem --size 320x240 --speed 2 --fps 8 2> "$OUT/film.log"; then
-    say "done; the film $FILM shows where the tracker and where the fused pose have the box, and how sure they are"
+    --methods tracker=vis,fused=vis+tac+pen+mem --size 400x320 --speed 1.5 2> "$OUT/film.log"; then
+    say "done; the film $FILM shows where tracker and fused pose have the box, beside the truth, and how sure they are"
 else
     say "done; no film, $(head -n 1 "$OUT/film.log")"
 fi

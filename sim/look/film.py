@@ -42,8 +42,9 @@ def frames(
     """
     estimates, recording = estimates or {}, read_recording(path)
     shown = instants(recording, fps / speed, list(estimates.values()))
+    methods = {name: estimated.method for name, estimated in estimates.items()}
     join = np.vstack if stacked else np.hstack
-    with Painter(recording, shown, size, list(estimates)) as painter:
+    with Painter(recording, shown, size, methods) as painter:
         for instant in shown:
             picture = painter.captioned(instant, join(painter.paint(instant)))
             yield picture[: picture.shape[0] // 2 * 2, : picture.shape[1] // 2 * 2]

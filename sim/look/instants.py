@@ -49,10 +49,12 @@ class Estimated:
     """What a method made of a recording.
 
     Attributes:
+        method: Its name.
         poses: The object's poses.
         covariances: Their covariances, rotation first, (N, 6, 6).
     """
 
+    method: str
     poses: PoseTrajectory
     covariances: np.ndarray
 
@@ -137,4 +139,4 @@ def read_estimates(folder: Path, recording: Path, method: str) -> Estimated:
     times, known, spread = zip(
         *((row["time"], T, cov) for row, T, cov in found if T is not None), strict=True
     )
-    return Estimated(PoseTrajectory(np.array(times), list(known)), np.array(spread))
+    return Estimated(method, PoseTrajectory(np.array(times), list(known)), np.array(spread))

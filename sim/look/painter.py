@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import mujoco
 import numpy as np
@@ -27,7 +27,7 @@ class Painter:
         recording: The recording.
         instants: All that is going to be drawn, so that it can be brought into sight.
         size: Width and height of one view [pixels].
-        names: Names of the estimates that are shown.
+        methods: The methods whose estimates are shown, by the names that the caption has for them.
 
     Raises:
         NoGraphics: There is nothing to draw with.
@@ -38,10 +38,12 @@ class Painter:
         recording: Recording,
         instants: Sequence[Instant],
         size: tuple[int, int],
-        names: Sequence[str] = (),
+        methods: Mapping[str, str] | None = None,
     ) -> None:
-        self._stage = Stage(recording, names)
-        self._names, self._size = names, size
+        methods = methods or {}
+        self._colors = {name: method_color(m, k) for k, (name, m) in enumerate(methods.items())}
+        self._stage = Stage(recording, list(self._colors.values()))
+        self._size = size
         chosen = np.unique(np.linspace(0, len(instants) - 1, FRAMED).astype(int))
         points = np.concatenate([self._stage.extent(instants[k]) for k in chosen])
         self._stage.light((points.min(axis=0) + points.max(axis=0)) / 2)
@@ -102,11 +104,10 @@ class Painter:
             (instant.phase, FAINT),
             (pads, _bytes(TOUCHING, 0.85) if touching else FAINT),
         ]
-        if self._names:
+        if self._colors:
             words.append(("truth", _bytes(TRUTH, 0.8)))
-        for place, (name, T) in enumerate(zip(self._names, instant.estimates, strict=True)):
-            color = _bytes(method_color(name, place), 0.9)
-            words.append((name if T is not None else f"{name}: no pose", color))
+        for (name, color), T in zip(self._colors.items(), instant.estimates, strict=True):
+            words.append((name if T is not None else f"{name}: no pose", _bytes(color, 0.9)))
         return words
 
 

@@ -38,7 +38,8 @@ def contact_sheet(
     estimates, recording = estimates or {}, read_recording(path)
     every = instants(recording, RATE, list(estimates.values()))
     chosen = [every[k] for k in np.linspace(0, len(every) - 1, columns).astype(int)]
-    with Painter(recording, chosen, size, list(estimates)) as painter:
+    methods = {name: estimated.method for name, estimated in estimates.items()}
+    with Painter(recording, chosen, size, methods) as painter:
         pairs = [painter.captioned(i, np.vstack(painter.paint(i))) for i in chosen]
     return np.hstack(pairs)
 

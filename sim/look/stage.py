@@ -50,14 +50,14 @@ class Stage:
 
     Args:
         recording: Whose hand and object.
-        methods: Whose estimates are shown; the object itself is grey beside them.
+        colors: Of the estimates that are shown; the object itself is grey beside them.
 
     Attributes:
         model: Its MuJoCo model.
         data: Where everything is.
     """
 
-    def __init__(self, recording: Recording, methods: Sequence[str] = ()) -> None:
+    def __init__(self, recording: Recording, colors: Sequence[Color] = ()) -> None:
         hand, mesh = recording.hand, recording.object.mesh
         spec = mujoco.MjSpec()
         spec.compiler.boundmass, spec.compiler.boundinertia = 1e-6, 1e-9
@@ -65,7 +65,7 @@ class Stage:
         _light(spec)
         _add_hand(spec, recording)
         _add_object(
-            spec, mesh, (*TRUTH, 0.6) if methods else (*color_of(recording.object.name), 1.0)
+            spec, mesh, (*TRUTH, 0.6) if colors else (*color_of(recording.object.name), 1.0)
         )
         self.model = spec.compile()
         self.data = mujoco.MjData(self.model)
@@ -77,7 +77,7 @@ class Stage:
         self._colors = self.model.geom_rgba.copy()
         self._box = np.array(list(itertools.product(*mesh.bounds.T)))  # corners, object frame
         self._center = recording.object.center
-        self._estimates = [method_color(name, k) for k, name in enumerate(methods)]
+        self._estimates = colors
         self._shown: Instant | None = None
 
     def show(self, instant: Instant) -> None:

@@ -169,12 +169,24 @@ def test_estimates_are_drawn_in_their_colours(tmp_path, recording):
 
 
 @needs_graphics
+def test_a_method_may_have_another_name_and_keeps_its_colour(tmp_path, recording):
+    evaluate(recording.parent, ["vis"], "tuned", tmp_path / "results")
+    options = ["--estimates", tmp_path / "results", "--size", "160x120", "--instants", 1]
+    for name, methods in (("a", "vis"), ("b", "what the tracker says=vis")):
+        answer = call(recording, "--out", tmp_path / f"{name}.png", "--methods", methods, *options)
+        assert answer.exit_code == 0, answer.output
+    a, b = (np.asarray(Image.open(tmp_path / f"{name}.png")) for name in "ab")
+    np.testing.assert_array_equal(a[: 2 * SIZE[1]], b[: 2 * SIZE[1]])
+    assert (a[-LINE:] != b[-LINE:]).any()
+
+
+@needs_graphics
 def test_an_estimate_is_drawn_with_the_region_in_which_it_expects_the_centre(recording):
     times, T_wo = np.array([0.0, SECONDS]), gtsam.Pose3(gtsam.Rot3(), [0.09, 0.056, 0.1])
     areas = []
     for sigma in (1e-5, 0.02, np.inf):  # [m]
         covariance = np.diag([1e-6] * 3 + [sigma**2] * 3)
-        vis = Estimated(PoseTrajectory(times, [T_wo, T_wo]), np.array([covariance] * 2))
+        vis = Estimated("vis", PoseTrajectory(times, [T_wo, T_wo]), np.array([covariance] * 2))
         sheet = contact_sheet(recording, 1, SIZE, {"vis": vis})[: 2 * SIZE[1]]
         areas.append(like(sheet, np.array(rgb(OF_METHODS["vis"])) / 255, 0.3).sum())
     assert areas[1] > 2 * areas[0]
