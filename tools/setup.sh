@@ -21,5 +21,5 @@ if ! "$PYTHON" -c 'import venv, ensurepip' 2>/dev/null; then
 fi
 
 [ -x "$VENV/bin/python" ] || "$PYTHON" -m venv "$VENV"
-echo "setup: installing vtgtsam and its dependencies into $VENV (2.4 GB; a minute or two on a fast line, else longer)"
+echo "setup: installing vtgtsam and its dependencies into $VENV (2.5 GB; a minute or two on a fast line, else longer)"
 "$VENV/bin/python" -m pip install --disable-pip-version-check -e '.[dev]'

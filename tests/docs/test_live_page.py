@@ -35,18 +35,6 @@ def test_a_loop_of_ones_own_follows_a_tracker_that_is_80_ms_late(left):
     assert last.faults == ()
 
 
-def test_mujocos_sites_are_pads(left):
-    estimate = left["in_mujoco_estimate"]
-    assert left["pads"].pad_names == ("pad_tip",)
-    assert estimate.status == "ok"
-    assert abs(estimate.pad_distances[0]) < 0.01
-
-
-def test_foundationposes_matrix_comes_to_the_world(left):
-    expected = left["T_wc"].transformFrom(np.array([0.02, -0.01, 0.55]))
-    np.testing.assert_allclose(left["T_wo_visual"].translation(), expected, atol=1e-12)
-
-
 def test_the_map_is_one_that_is_read():
     (text,) = re.findall(r"```yaml\n(.*?)```", TEXT, re.DOTALL)
     topic_map = TopicMap.model_validate(yaml.safe_load(text))

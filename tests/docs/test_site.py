@@ -12,11 +12,12 @@ import pytest
 
 ROOT = Path(__file__).parents[2]
 PAGES = sorted((ROOT / "docs").rglob("*.md"))
+READMES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted(ROOT.glob("*/README.md"))]
 
 
 @pytest.fixture(scope="module")
 def site(tmp_path_factory):
-    if find_spec("mkdocs") is None or find_spec("latex2mathml") is None:
+    if find_spec("mkdocs") is None:
         pytest.skip("the site needs the extra docs, which is not installed")
     folder = tmp_path_factory.mktemp("site")
     build = subprocess.run(
@@ -32,18 +33,25 @@ def site(tmp_path_factory):
     return folder
 
 
-def test_every_formula_is_mathml_and_every_help_is_filled_in(site):
-    formulas = 0
+def test_every_help_and_every_error_is_filled_in(site):
     for page in site.rglob("*.html"):
         text = page.read_text()
-        assert "arithmatex" not in text, page
-        assert "{{ help" not in text, page
-        for formula in re.findall(r"<math.*?</math>", text, flags=re.DOTALL):
-            assert "\\" not in formula, (page, formula)  # LaTeX that was not understood
-            formulas += 1
-    assert formulas > 30
-    reference = (site / "reference" / "command-line.html").read_text()
-    assert "--topics" in reference and "--estimates" in reference
+        assert "{{ help" not in text and "{{ errors" not in text, page
+    commands = (site / "reference" / "command-line.html").read_text()
+    assert "--topics" in commands and "--estimates" in commands
+    errors = (site / "reference" / "errors.html").read_text()
+    assert errors.count("<td>") > 400
+    assert "is no calibration: expected a mapping, got" in errors
+
+
+def test_every_command_has_its_help_in_the_reference():
+    import typer
+
+    from vtgtsam.cli import app
+
+    text = (ROOT / "docs" / "reference" / "command-line.md").read_text()
+    for name in typer.main.get_command(app).commands:
+        assert f"{{{{ help: vtgtsam {name} }}}}" in text
 
 
 def test_nothing_is_fetched_from_the_network(site):
@@ -57,14 +65,14 @@ def test_nothing_is_fetched_from_the_network(site):
 def test_the_reference_has_every_public_name(site):
     import vtgtsam
 
-    text = (site / "reference" / "python.html").read_text()
+    text = "".join(page.read_text() for page in (site / "reference").glob("*.html"))
     names = [name for name in vtgtsam.__all__ if name != "__version__"]
     missing = [n for n in names if not re.search(rf'id="vtgtsam\.[\w.]*\b{n}"', text)]
     assert missing == []
 
 
 def _blocks(language):
-    for page in PAGES:
+    for page in [*PAGES, *READMES]:
         for block in re.findall(rf"```{language}\n(.*?)```", page.read_text(), flags=re.DOTALL):
             yield page, block
 
@@ -79,10 +87,33 @@ def test_commands_in_pages_are_understood_by_the_command_line():
     for _, block in _blocks("sh"):
         for line in block.replace("\\\n", " ").splitlines():
             words = re.sub(r"\s#.*", "", line).split()
-            if words[:1] == ["vtgtsam"]:
+            if words[:1] == ["vtgtsam"] and not words[1].startswith("-"):
                 commands[words[1]].make_context(words[1], words[2:])  # raises where it is wrong
                 seen += 1
     assert seen > 10
+
+
+def test_commands_of_the_checkout_in_pages_are_known():
+    import importlib
+
+    import typer
+
+    known = {
+        package: typer.main.get_command(importlib.import_module(f"{package}.__main__").app).commands
+        for package in ("sim", "hardware", "benchmarks")
+    }
+    makefile = (ROOT / "Makefile").read_text()
+    seen = 0
+    for page, block in _blocks("sh"):
+        for line in block.replace("\\\n", " ").splitlines():
+            words = re.sub(r"\s#.*", "", line).split()
+            if words[:2] == ["python", "-m"] and words[2] in known:
+                assert words[3].startswith("-") or words[3] in known[words[2]], (page, line)
+                seen += 1
+            if words[:1] == ["make"]:
+                assert re.search(rf"^{words[1]}:", makefile, flags=re.MULTILINE), (page, line)
+                seen += 1
+    assert seen > 20
 
 
 def test_python_in_pages_is_python():

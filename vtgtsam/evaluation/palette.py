@@ -10,10 +10,10 @@ TRUTH = "#A8ADB4"
 OF_METHODS = {
     "vis": "#D55E00",
     "vis+pen": "#009E73",
-    "vis+tac+pen": "#CC79A7",
+    "vis+tac+pen": "#56B4E9",
     "vis+tac+pen+mem": "#0072B2",
 }
-OTHERS = ("#56B4E9", "#E69F00", "#000000")
+OTHERS = ("#CC79A7", "#E69F00", "#000000")
 
 
 def rgb(color: str) -> tuple[int, int, int]:
