@@ -235,7 +235,8 @@ class PoseEstimator:
     def _again(self, past: Past) -> tuple[Past, float]:
         """A frame solved again from what is believed now, and how much its visual pose counted."""
         prior = self._calibration_prior(past.frame)
-        if again := solved_again(past, self._belief, prior, self.config):
+        linearize = self._solver.linearized_hand
+        if again := solved_again(past, self._belief, prior, self.config, linearize):
             return again
         solved = self._step(past.frame, past.mode, self._belief)
         weight = 0.0 if solved is None else solved.fit.visual_weight

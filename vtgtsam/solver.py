@@ -17,6 +17,7 @@ from .config import EstimatorConfig
 from .frame import Frame
 from .graph import FrameFactors, frame_factors
 from .hands.pads import PadSet
+from .history import LinearizedHand
 from .knowledge import FrameInformation, Knowledge, fused, hand_information, vision_information
 from .memory import Belief, Expectation, expectation, may_take_over, refused_since
 from .modes import Mode
@@ -102,6 +103,16 @@ class FrameSolver:
         kept = knowledge if self._config.memory else None
         belief = Belief(frame.time, fit.T_ho, kept, refused)
         return Solved(fit, hand, knowledge, belief)
+
+    def linearized_hand(
+        self, frame: Frame, T_ho: gtsam.Pose3, prior: CalibrationPrior
+    ) -> LinearizedHand:
+        """What a frame's hand says of the pose, linearized at ``T_ho``."""
+        factors = frame_factors(frame, self._closest, OBJECT, self._config, prior, ZEROS, T_ho)
+        values = _at(T_ho)
+        if factors.zeros is not None:
+            values.insert(ZEROS, factors.zeros.prior())
+        return LinearizedHand(T_ho, hand_information(factors, values, prior))
 
     def _as_seen(self, frame: Frame, factors: FrameFactors, start: gtsam.Pose3) -> Fit:
         """Method ``vis``: the visual pose as it is; where there is none the last one, carried with the hand."""

@@ -251,9 +251,11 @@ class PoseNode:
         ticker, told, marked = Ticker(TELLING), float("-inf"), None
         while ticker.wait(stop):
             now, latest = time.monotonic(), self.fusion.latest
-            if latest is not None and latest is not marked and self._marker is not None:
+            marker = self._marker
+            if latest is not None and latest is not marked and marker is not None:
                 marked = latest
-                self._marker.publish(self._markers.of(latest))
+                if marker.get_subscription_count():
+                    marker.publish(self._markers.of(latest))
             if self._changed(latest) or now - told >= DIAGNOSTICS:
                 told = now
                 conditions = [judge(now) for judge in judges]
