@@ -136,6 +136,9 @@ def calibration(
             help="Judge the robots that made the recordings (sim generate --robot), whatever the tracker.",
         ),
     ] = False,
+    online: Annotated[
+        bool, typer.Option(help="Judge calibrating while it works, too: much of the time.")
+    ] = True,
 ) -> None:
     """What a robot gains from calibrating itself, by the number of its earlier grasps."""
     from .calibration import run
@@ -150,6 +153,7 @@ def calibration(
         plain.split(",") if plain else [],
         jobs,
         recorded,
+        online,
     )
 
 

@@ -51,6 +51,7 @@ class Case(NamedTuple):
         methods: What is judged.
         plain: What is judged without a calibration alone, besides.
         imposed: Whether the recordings get its errors; otherwise they have them.
+        online: Whether calibrating while it works is judged.
     """
 
     robot: int | None
@@ -60,6 +61,7 @@ class Case(NamedTuple):
     methods: tuple[str, ...]
     plain: tuple[str, ...]
     imposed: bool
+    online: bool
 
     def load(self, path: Path) -> Recording:
         """A recording of this robot's."""
@@ -75,6 +77,7 @@ def run(
     plain: Sequence[str],
     jobs: int,
     recorded: bool = False,
+    online: bool = True,
 ) -> None:
     """Measure, and write ``calibration.md``, ``calibration.json`` and ``calibration.png``.
 
@@ -89,10 +92,16 @@ def run(
         plain: What is judged without a calibration alone, besides.
         jobs: Processes to use.
         recorded: Whether to judge the robots that made the recordings instead.
+        online: Whether to judge calibrating while it works.
     """
     paths = list(find_recordings([recordings]).values())
     make = _recorded if recorded else partial(_imposed, robots=robots)
-    judged = {"counts": counts, "methods": tuple(methods), "plain": tuple(plain)}
+    judged = {
+        "counts": counts,
+        "methods": tuple(methods),
+        "plain": tuple(plain),
+        "online": online,
+    }
     cases = list(make(paths, tests=tests, **judged))
     about = [
         str(recordings.resolve()),
@@ -102,6 +111,7 @@ def run(
         list(methods),
         list(plain),
         recorded,
+        online,
     ]
     found = _done(about)
     missing = [case for case in cases if str(case.robot) not in found]
@@ -155,11 +165,12 @@ def _case(
     methods: tuple[str, ...],
     plain: tuple[str, ...],
     imposed: bool,
+    online: bool,
 ) -> Case:
     """A robot that is judged on the first of its recordings."""
     earlier = tuple(paths[tests:])
     usable = tuple(count for count in counts if count <= len(earlier))
-    return Case(robot, earlier, tuple(paths[:tests]), usable, methods, plain, imposed)
+    return Case(robot, earlier, tuple(paths[:tests]), usable, methods, plain, imposed, online)
 
 
 def judge(case: Case) -> list[dict[str, Any]]:
@@ -173,7 +184,8 @@ def judge(case: Case) -> list[dict[str, Any]]:
         for row in judged(count, calibration):
             rows.append(row | about)
             about = {}
-    rows += judged(ONLINE, None)
+    if case.online:
+        rows += judged(ONLINE, None)
     if case.robot is not None:
         rows += judged(LIMIT, _known(case))
     return rows

@@ -23,6 +23,7 @@ def tables(found: Sequence[dict[str, Any]]) -> tuple[list[dict[str, Any]], str]:
     errors = [
         _errors_row(*key, rows) for key, rows in _grouped(found, "robot has", "method", "grasps")
     ]
+    _put_limits_beside(errors)
     calibrated = [row for row in found if "nees" in row]
     offsets = [
         _offsets_row(*key, rows) for key, rows in _grouped(calibrated, "robot has", "grasps")
@@ -56,6 +57,17 @@ def _errors_row(has: str, method: str, grasps: Any, rows: list[dict[str, Any]]) 
         "in the 95 % region [%]": 100 * float(np.mean([row["covered"] for row in rows])),
         "recordings": len(rows),
     }
+
+
+def _put_limits_beside(rows: list[dict[str, Any]]) -> None:
+    """Give each row the median and 90th percentile that its method has with the true offsets; NaN where unknown."""
+    limits = {
+        (row["robot has"], row["method"]): row for row in rows if row["earlier grasps"] == LIMIT
+    }
+    for row in rows:
+        limit = limits.get((row["robot has"], row["method"]), {})
+        row["limit"] = limit.get("median", float("nan"))
+        row["limit 90 %"] = limit.get("90 %", float("nan"))
 
 
 def _offsets_row(has: str, grasps: Any, rows: list[dict[str, Any]]) -> dict[str, Any]:

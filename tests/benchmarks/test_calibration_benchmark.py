@@ -11,7 +11,12 @@ from benchmarks import calibration
 from benchmarks.calibration_report import LIMIT, ONLINE, figure, tables
 from vtgtsam.exceptions import RecordingError
 
-JUDGED = {"counts": (0, 2, 10), "methods": ("vis+tac+pen+mem",), "plain": ("vis+tac+pen",)}
+JUDGED = {
+    "counts": (0, 2, 10),
+    "methods": ("vis+tac+pen+mem",),
+    "plain": ("vis+tac+pen",),
+    "online": True,
+}
 
 
 def row(method, grasps, adds_mm, **more):
@@ -57,6 +62,8 @@ def test_the_tables_have_a_row_a_method_and_number_of_grasps():
     assert len(found) == 6
     assert found["vis+tac+pen+mem", "5"]["median"] == 2.0
     assert found["vis+tac+pen+mem", "10"]["90 %"] == pytest.approx(0.68)
+    assert found["vis+tac+pen+mem", "5"]["limit"] == pytest.approx(0.1)
+    assert np.isnan(found["vis+tac+pen", "0"]["limit"])
     counts = [each["earlier grasps"] for each in errors if each["method"] == "vis+tac+pen+mem"]
     assert counts[:3] == ["0", "5", "10"]
     assert "|    1 |          1.5 |" in text  # NEES, mean and largest

@@ -13,11 +13,11 @@ from ..faults import words
 from .consistency import nees
 from .keyframes import Grasp
 from .residuals import Residuals, residuals
-from .solve import SETTLED, Belief, Solved, solve
+from .solve import ROUGH, SETTLED, Belief, Solved, solve
 from .sources import none_of_use
 from .touches import Felt
 
-FEWEST_SEEN = 0.5  # share of the visual poses that memory must have believed
+FEWEST_SEEN = 0.7  # share of the visual poses that memory must have believed: a lost tracker's others are off, too
 SHORTEST = 1.0  # [s], with a pad that touches
 MOST_NEES = 4.0  # a grasp this far from the others is of something else
 MOST_CONTACT = 0.0025  # [m], touching pads that stay so far from the surface touch something else
@@ -111,7 +111,7 @@ def agreeing(
     camera_origin: np.ndarray,
     config: EstimatorConfig,
     touches: Sequence[Felt] = (),
-    settled: float = SETTLED,
+    rough: bool = False,
 ) -> Agreed:
     """The grasps left when the oddest one is taken out, and solved for again, until none is odd.
 
@@ -122,16 +122,17 @@ def agreeing(
         camera_origin: The point that the camera's twist turns about, in the world [m], shape (3,).
         config: As the estimator's that tracked the grasps.
         touches: Touches of the hand with itself.
-        settled: As ``solve`` takes it.
+        rough: Whether another round follows, with poses of a calibrated robot.
 
     Raises:
         CalibrationError: None is left.
     """
     chosen = list(grasps)
     left_out: dict[str, str] = {}
+    settled = ROUGH if rough else SETTLED
     while True:
         some = _any_of(chosen, left_out)
-        solved = solve(some, known, start, camera_origin, config, touches, settled)
+        solved = solve(some, known, start, camera_origin, config, touches, settled, rough)
         used = [used_of(grasp, n, solved, camera_origin) for n, grasp in enumerate(chosen)]
         oddest = max(range(len(used)), key=lambda n: _oddness(used[n]))
         reason = odd(used[oddest])
