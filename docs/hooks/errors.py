@@ -1,32 +1,64 @@
 # SPDX-License-Identifier: MIT
-"""``{{ errors }}`` in a page becomes a table of all messages that the package raises, part by part."""
+"""``{{ errors }}`` in a page becomes all faults of estimates, and all messages that the package raises."""
 
 import ast
 import re
 from pathlib import Path
 
 _PLACE = "{{ errors }}"
+_FAULTS = "../how-to/faults.md#faults"
 _PACKAGE = Path(__file__).parents[2] / "vtgtsam"
+_PAGE = Path(__file__).parents[1] / "how-to" / "faults.md"
 _FEWEST_WORDS = 3  # shorter ones are for programs, not for people
 
 
 def on_page_markdown(markdown, **_):
-    """Put the tables in."""
-    return markdown.replace(_PLACE, _tables()) if _PLACE in markdown else markdown
+    """Put them in."""
+    return markdown.replace(_PLACE, _sections()) if _PLACE in markdown else markdown
 
 
-def _tables():
+def _sections():
     parts = {}
     for path in sorted(_PACKAGE.rglob("*.py")):
         part = path.relative_to(_PACKAGE).parts[0].removesuffix(".py")
         for kind, message in messages(path.read_text(encoding="utf-8")):
             parts.setdefault(part, {})[message] = kind
-    return "\n".join(_table(part, found) for part, found in parts.items())
+    faults = [
+        f"#### {_escaped(word)}\n\n{remedy}. [When it is named]({_FAULTS})"
+        for word, remedy in _remedies().items()
+    ]
+    return "\n\n".join(
+        ["## Faults of an estimate", *faults, *(_section(*part) for part in parts.items())]
+    )
 
 
-def _table(part, found):
-    rows = [f"| {_escaped(message)} | `{kind}` |" for message, kind in sorted(found.items())]
-    return "\n".join([f"## vtgtsam.{part}\n", "| message | |", "|---|---|", *rows, ""])
+def _remedies():
+    """What to do about each fault, from the page that explains them."""
+    rows = [line.split("|") for line in _PAGE.read_text(encoding="utf-8").splitlines()]
+    five = (row for row in rows if len(row) == 6)
+    return {
+        word: _linked_from_here(row[4].strip())
+        for row in five
+        for word in re.findall(r"`([^`]+)`", row[1])
+        if word in _faults()
+    }
+
+
+def _linked_from_here(text):
+    return re.sub(r"\]\(([\w-]+\.md)", r"](../how-to/\1", text)
+
+
+def _faults():
+    from vtgtsam.faults import words
+
+    named = [value for name, value in vars(words).items() if name.isupper()]
+    return [*named, words.pad_disagrees("NAME"), words.pad_flickers("NAME")]
+
+
+def _section(part, found):
+    """A heading a message: what is searched for is found by its headings first."""
+    messages = (f"#### {_escaped(message)}\n\n`{kind}`" for message, kind in sorted(found.items()))
+    return "\n\n".join([f"## vtgtsam.{part}", *messages])
 
 
 def messages(source):

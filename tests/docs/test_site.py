@@ -40,7 +40,11 @@ def test_every_help_and_every_error_is_filled_in(site):
     commands = (site / "reference" / "command-line.html").read_text()
     assert "--topics" in commands and "--estimates" in commands
     errors = (site / "reference" / "errors.html").read_text()
-    assert errors.count("<td>") > 400
+    assert errors.count("<h4") > 300
+    assert (
+        'id="contacts-inverted"' in errors
+        and "sign" in errors.split('id="contacts-inverted"')[1][:600]
+    )
     assert "is no calibration: expected a mapping, got" in errors
 
 
