@@ -12,6 +12,7 @@ from collections import deque
 from typing import TYPE_CHECKING, NamedTuple
 
 import gtsam
+import numpy as np
 
 from .frame import Frame
 from .knowledge import FrameInformation
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
     from .calibration.change import Change
 
 KEPT = 0.5  # [s]
+_ROUNDING = 1e-9  # an eigenvalue this far below the largest is rounding
 SAME = 1e-3  # [s], instants that are closer are the same frame's
 
 
@@ -37,10 +39,14 @@ class LinearizedHand(NamedTuple):
     says: FrameInformation
 
     def factor(self, key: int) -> gtsam.LinearContainerFactor:
-        """They as one factor on the object's pose ``key``."""
-        linear = gtsam.HessianFactor(key, self.says.information, -self.says.gradient, 0.0)
+        """They as one factor on the object's pose ``key``; nothing along what they do not measure."""
+        eigenvalues, vectors = np.linalg.eigh(self.says.information)
+        known = eigenvalues > _ROUNDING * eigenvalues[-1]
+        root, along = np.sqrt(eigenvalues[known]), vectors[:, known].T
+        R, b = root[:, None] * along, -(along @ self.says.gradient) / root
         there = gtsam.Values()
         there.insert(key, pose3=self.T_ho)
+        linear = gtsam.JacobianFactor(key, R, b, gtsam.noiseModel.Unit.Create(len(b)))
         return gtsam.LinearContainerFactor(linear, there)
 
 

@@ -90,8 +90,10 @@ def _least(
 ) -> gtsam.Values:
     """The least of some factors and the linearized hand's."""
     graph = gtsam.NonlinearFactorGraph()
-    for factor in (*factors, hand.factor(OBJECT)):
+    for factor in factors:
         graph.add(factor)
+    if hand.says.information.any():
+        graph.add(hand.factor(OBJECT))
     values = gtsam.Values()
     values.insert(OBJECT, pose3=hand.T_ho)
     return optimize(graph, values, config).values
