@@ -101,6 +101,8 @@ def test_evaluate_prints_a_table_in_mm_and_where_the_results_are(run, tmp_path):
     ]
     assert "With 2 sequences nothing can be said about chance: at least 6 are needed." in lines
     assert "Paired" not in out
+    for word in ("vis: the visual tracker alone", "The turn is the hand's", "ADD-S: mean distance"):
+        assert word in out
     summary = pd.read_csv(tmp_path / "out" / "summary.csv")
     median = summary.query("object == 'all' and method == 'vis' and phase == 'before'")
     row = next(line for line in lines if line.startswith("all objects (2)"))

@@ -42,6 +42,8 @@ _MOST_OBJECTS = 40  # in all conditions together; of more, each condition's sum 
 _SHOWN = 3  # different notes, and different warnings
 
 _LEGEND = """\
+vis: the visual tracker alone; pen: object and hand do not overlap; tac: pads in contact touch the object;
+mem: frames hold each other up. The turn is the hand's: it brings the fingers between camera and object.
 ADD-S: mean distance of the object's vertices at the estimate to its surface at the truth. Median and 75 %
 quartile over the sequences' medians; < 5 mm: share of frames; not held: frames in which nothing held the
 pose (no vision, or vision too far off to count, and too few pads), which are counted with their errors."""
