@@ -40,6 +40,9 @@ TRUTH: Color = tuple(value / 255 for value in rgb(palette.TRUTH))  # where estim
 EDGES = (0.42, 0.44, 0.47)  # of the truth's box, whose faces are lighter
 OUTLINE = 0.0012  # [m], radius of a box's edges
 REGION = 0.35  # opacity of the ellipsoids
+LARGEST = (
+    0.15  # [m], half axis of an ellipsoid that is still drawn: in a larger one nothing else is seen
+)
 # Place relative to the middle of the picture [m], colour, and whether it casts shadows.
 KEY_LIGHT = ((0.35, -0.45, 0.9), (0.55, 0.53, 0.50), True)
 FILL_LIGHT = ((-0.5, 0.6, 0.5), (0.16, 0.18, 0.22), False)
@@ -135,9 +138,9 @@ class Stage:
     def _add_region(
         self, scene: mujoco.MjvScene, T: np.ndarray, covariance: np.ndarray, color: Color
     ) -> None:
-        """The ellipsoid in which a method expects the object's centre with 95 %."""
+        """The ellipsoid in which a method expects the object's centre with 95 %, unless it hides the scene."""
         region = center_ellipsoid(T[:3, :3], covariance, self._center)
-        if region is not None:
+        if region is not None and region[0].max() <= LARGEST:
             half, axes = region
             geom = _added(scene, mujoco.mjtGeom.mjGEOM_ELLIPSOID, (*color, REGION))
             geom.size[:], geom.mat[:] = half, axes

@@ -184,13 +184,14 @@ def test_a_method_may_have_another_name_and_keeps_its_colour(tmp_path, recording
 def test_an_estimate_is_drawn_with_the_region_in_which_it_expects_the_centre(recording):
     times, T_wo = np.array([0.0, SECONDS]), gtsam.Pose3(gtsam.Rot3(), [0.09, 0.056, 0.1])
     areas = []
-    for sigma in (1e-5, 0.02, np.inf):  # [m]
+    for sigma in (1e-5, 0.02, 1.0, np.inf):  # [m]
         covariance = np.diag([1e-6] * 3 + [sigma**2] * 3)
         vis = Estimated("vis", PoseTrajectory(times, [T_wo, T_wo]), np.array([covariance] * 2))
         sheet = contact_sheet(recording, 1, SIZE, {"vis": vis})[: 2 * SIZE[1]]
         areas.append(like(sheet, np.array(rgb(OF_METHODS["vis"])) / 255, 0.3).sum())
     assert areas[1] > 2 * areas[0]
-    assert abs(areas[2] - areas[0]) < 0.3 * areas[0]  # where nothing is known nothing is drawn
+    assert areas[2] == areas[3]  # where nothing is known nothing is drawn
+    assert abs(areas[2] - areas[0]) < 0.3 * areas[0]
 
 
 @needs_graphics
