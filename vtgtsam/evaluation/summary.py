@@ -12,7 +12,7 @@ from .bootstrap import median_interval
 from .collect import CONDITION
 from .statistics import ALL, IN_REGION, PHASES, quantile
 from .steps import STEP
-from .units import samples
+from .units import samples_alone
 
 COLUMNS = (
     *CONDITION,
@@ -96,7 +96,7 @@ def _sampled(group: pd.DataFrame, value: str, pooled: bool) -> np.ndarray:
     """Samples of one method, shape (N,): an object alone is never averaged over its runs."""
     if not pooled:
         return group[value].to_numpy(dtype=float)
-    return samples(group, value).iloc[:, 0].to_numpy(dtype=float)
+    return samples_alone(group, value)
 
 
 def _quartiles(adds_m: np.ndarray) -> dict[str, Any]:

@@ -7,6 +7,7 @@ The runs of one object start alike in ``occ`` and are not independent, so the pa
 
 from __future__ import annotations
 
+import numpy as np
 import pandas as pd
 
 AVERAGED = "occ"  # the dataset whose runs of one object start alike
@@ -25,5 +26,15 @@ def samples(statistics: pd.DataFrame, value: str = "adds_median_m") -> pd.DataFr
     methods = list(dict.fromkeys(statistics["method"]))
     table = statistics.pivot(index=["object", "sequence"], columns="method", values=value)
     table = table.reindex(columns=methods).dropna()
-    averaged = len(statistics) and unit_of(statistics["dataset"].iloc[0]) == "object"
-    return table.groupby("object").mean() if averaged else table
+    return table.groupby("object").mean() if _averaged(statistics) else table
+
+
+def samples_alone(statistics: pd.DataFrame, value: str) -> np.ndarray:
+    """The samples of one method, shape (N,), as ``samples`` has them in its column, from rows of that method alone."""
+    known = statistics.dropna(subset=value).sort_values(["object", "sequence"])
+    values = known.groupby("object")[value].mean() if _averaged(statistics) else known[value]
+    return values.to_numpy(dtype=float)
+
+
+def _averaged(statistics: pd.DataFrame) -> bool:
+    return len(statistics) > 0 and unit_of(statistics["dataset"].iloc[0]) == "object"
