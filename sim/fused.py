@@ -43,6 +43,7 @@ class FusedLoop:
                 T_wh=gtsam.Pose3(t.T_wh[sample]),
                 T_wo_visual=tracked.T_wo,
                 visual_covariance=tracked.covariance if seen else None,
+                visual_correlation=tracked.correlation,
             )
         )
         self._hand_back.after(estimate)

@@ -141,10 +141,13 @@ def _frames(take: Take, form: str) -> Iterator[Event]:
             time: float = time,
             T_wo: gtsam.Pose3 | None = tracked.T_wo,
             covariance: np.ndarray = tracked.covariance,
+            correlation: float = tracked.correlation,
             image: np.ndarray = image,
             color: np.ndarray | None = color,
         ) -> None:
             if T_wo is not None:
+                if correlation > 0.0:
+                    writer.vision_correlation(time, correlation)
                 writer.object_pose(time, T_wo, covariance)
             if color is not None:
                 writer.depth(time, take.video.aligned(image))

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import NamedTuple
 
@@ -55,6 +56,7 @@ class Frame(NamedTuple):
         visual_covariance: Its covariance, shape (6, 6), or None where the configured weight counts.
         faults: What cannot be used, in the fixed words of ``faults``.
         suspect: Whether vision has jumped away from where it was believed, and has not been believed since.
+        visual_correlation: How long the visual pose's errors stay alike [s].
     """
 
     time: float
@@ -66,6 +68,7 @@ class Frame(NamedTuple):
     visual_covariance: np.ndarray | None
     faults: tuple[str, ...] = ()
     suspect: bool = False
+    visual_correlation: float = 0.0
 
     @property
     def T_wo_visual(self) -> gtsam.Pose3 | None:
@@ -123,8 +126,15 @@ def check(
         faults.append(COVARIANCE_UNUSABLE)
         covariance = None
     T_ho_visual = None if T_wo_visual is None else hand.T_wh.between(T_wo_visual)
-    time = measurement.time
-    return Frame(time, touching, *hand, T_ho_visual, covariance, tuple(faults))
+    return Frame(
+        measurement.time,
+        touching,
+        *hand,
+        T_ho_visual,
+        covariance,
+        tuple(faults),
+        visual_correlation=_seconds(measurement.visual_correlation, "visual_correlation"),
+    )
 
 
 def hand_of(measurement: Measurement, pads: PadSet, before: Hand | None = None) -> Hand:
@@ -236,6 +246,12 @@ def require_finite_pose(value: object, name: str) -> None:
     require_pose(value, name)
     if not is_pose(value.matrix()):  # type: ignore[attr-defined]
         raise ValueError(f"{name} must be finite and its rotation orthonormal, got\n{value}")
+
+
+def _seconds(value: object, name: str) -> float:
+    if isinstance(value, int | float | np.integer | np.floating) and 0.0 <= value < math.inf:
+        return float(value)
+    raise ValueError(f"{name} must be a finite number of seconds, at least 0, got {value!r:.60}")
 
 
 def _shaped(values: ArrayLike, shape: tuple[int, ...], name: str) -> np.ndarray:

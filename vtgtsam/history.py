@@ -126,6 +126,7 @@ class History:
             seen = again[0].frame._replace(
                 T_ho_visual=late.T_ho_visual,
                 visual_covariance=late.visual_covariance,
+                visual_correlation=late.visual_correlation,
                 suspect=late.suspect,
             )
             again[0] = again[0]._replace(frame=seen)
@@ -137,6 +138,7 @@ class History:
                 T_wh=late.T_wh,
                 T_ho_visual=late.T_ho_visual,
                 visual_covariance=late.visual_covariance,
+                visual_correlation=late.visual_correlation,
                 suspect=late.suspect,
             )
             mode = again[0].mode if again else last.mode

@@ -37,6 +37,8 @@ class Measurement:
             ``use_visual_covariance`` and no ``visual_sigma`` is given.
         visual_time: Instant of the image that the visual pose is from [s]; ``time`` where None. A pose that is late is
             fused at its own instant, up to half a second back.
+        visual_correlation: How long the visual pose's errors stay alike [s]; 0 where each pose errs by itself. Memory
+            counts the poses of so long a time as one (``memory``); without memory it changes nothing.
     """
 
     time: float
@@ -48,3 +50,4 @@ class Measurement:
     visual_sigma: tuple[float, float] | None = None
     visual_covariance: np.ndarray | None = None
     visual_time: float | None = None
+    visual_correlation: float = 0.0

@@ -73,6 +73,6 @@ def random_walk(settings: ModeSettings, dt: float) -> np.ndarray:
     return np.diag(np.repeat(np.square([settings.rotation, settings.translation]), 3) * dt)
 
 
-def repetitions(settings: ModeSettings, dt: float) -> float:
-    """As how many frames that say the same a frame counts, at least 1, dt [s] after the one before."""
-    return max(1.0, settings.correlation / max(dt, SHORTEST))
+def repetitions(correlation: float, dt: float) -> float:
+    """As one of how many a frame counts, at least 1, dt [s] after the one before; all of so long a time err alike [s]."""
+    return max(1.0, correlation / max(dt, SHORTEST))

@@ -27,7 +27,7 @@ from .frame import Frame
 from .graph import visual_noise
 from .history import LinearizedHand, Past
 from .knowledge import vision_information
-from .memory import Belief, expectation, may_take_over, refused_since
+from .memory import Belief, expectation, may_take_over, refused_since, seen_at
 from .offsets import CalibrationPrior
 from .optimize import optimize
 from .status import visual_weight
@@ -61,19 +61,20 @@ def solved_again(
         may take over.
     """
     frame, hand = past.frame, past.hand
-    expected = expectation(before, frame.time, past.mode, config)
+    expected = expectation(before, frame, past.mode, config)
     if expected is None or hand is None:
         return None
     factors: list[gtsam.NonlinearFactor] = [expected.factor(OBJECT)]
     visual = None
     if frame.T_ho_visual is not None:
-        visual = visual_factor(OBJECT, frame.T_ho_visual, visual_noise(frame, config, prior))
+        noise = visual_noise(frame, config, prior, expected.images_alike)
+        visual = visual_factor(OBJECT, frame.T_ho_visual, noise)
         factors.append(visual)
     values = _least(factors, hand, config)
     if not _near(hand, values):
         hand = linearize(frame, values.atPose3(OBJECT), prior)
         values = _least(factors, hand, config)
-    weight = visual_weight(visual, values, config.visual_log_theta)
+    weight = visual_weight(visual, values, config.visual_log_theta, expected.images_alike)
     refused = refused_since(before, frame, weight, config)
     if not _near(hand, values) or may_take_over(frame, refused, config):
         return None
@@ -81,7 +82,8 @@ def solved_again(
     if visual is not None:
         assert frame.T_wo_visual is not None
         says = says.plus(vision_information(visual, values, prior, frame.T_wo_visual))
-    after = Belief(frame.time, values.atPose3(OBJECT), expected.posterior(says), refused)
+    T_ho, knowledge = values.atPose3(OBJECT), expected.posterior(says)
+    after = Belief(frame.time, T_ho, knowledge, refused, seen_at(before, frame))
     return past._replace(before=before, after=after, hand=hand), weight
 
 

@@ -19,7 +19,7 @@ from .graph import FrameFactors, frame_factors
 from .hands.pads import PadSet
 from .history import LinearizedHand
 from .knowledge import FrameInformation, Knowledge, fused, hand_information, vision_information
-from .memory import Belief, Expectation, expectation, may_take_over, refused_since
+from .memory import Belief, Expectation, expectation, may_take_over, refused_since, seen_at
 from .modes import Mode
 from .offsets import CalibrationPrior
 from .optimize import Solution, optimize
@@ -84,14 +84,15 @@ class FrameSolver:
             start: T_ho that the optimiser starts from.
             prior: What is known of the robot's offsets.
         """
-        factors = frame_factors(frame, self._closest, OBJECT, self._config, prior, ZEROS, start)
         expected = None
-        if self._config.method == "vis":
-            fit = self._as_seen(frame, factors, start)
-        elif self._config.memory:
-            fit, expected = self._remembered(frame, factors, start, mode, before)
+        if self._config.memory:
+            expected = expectation(before, frame, mode, self._config)
+            fit, expected = self._remembered(frame, start, prior, before, expected)
+        elif self._config.method == "vis":
+            fit = self._as_seen(frame, self._factors(frame, start, prior), start)
         else:
-            fit = self._fused(frame, factors, start)
+            fit = self._fused(frame, self._factors(frame, start, prior), start)
+        factors = fit.factors
         hand = says = hand_information(factors, fit.values, prior)
         if factors.visual is not None:
             assert frame.T_wo_visual is not None
@@ -101,18 +102,29 @@ class FrameSolver:
         knowledge = fused(says) if expected is None else expected.posterior(says)
         refused = refused_since(before, frame, fit.visual_weight, self._config)
         kept = knowledge if self._config.memory else None
-        belief = Belief(frame.time, fit.T_ho, kept, refused)
+        belief = Belief(frame.time, fit.T_ho, kept, refused, seen_at(before, frame))
         return Solved(fit, hand, knowledge, belief)
 
     def linearized_hand(
         self, frame: Frame, T_ho: gtsam.Pose3, prior: CalibrationPrior
     ) -> LinearizedHand:
         """What a frame's hand says of the pose, linearized at ``T_ho``."""
-        factors = frame_factors(frame, self._closest, OBJECT, self._config, prior, ZEROS, T_ho)
+        factors = self._factors(frame, T_ho, prior)
         values = _at(T_ho)
         if factors.zeros is not None:
             values.insert(ZEROS, factors.zeros.prior())
         return LinearizedHand(T_ho, hand_information(factors, values, prior))
+
+    def _factors(
+        self,
+        frame: Frame,
+        start: gtsam.Pose3,
+        prior: CalibrationPrior,
+        images_alike: float = 1.0,
+    ) -> FrameFactors:
+        return frame_factors(
+            frame, self._closest, OBJECT, self._config, prior, ZEROS, start, images_alike
+        )
 
     def _as_seen(self, frame: Frame, factors: FrameFactors, start: gtsam.Pose3) -> Fit:
         """Method ``vis``: the visual pose as it is; where there is none the last one, carried with the hand."""
@@ -130,13 +142,14 @@ class FrameSolver:
     def _remembered(
         self,
         frame: Frame,
-        factors: FrameFactors,
         start: gtsam.Pose3,
-        mode: Mode,
+        prior: CalibrationPrior,
         before: Belief | None,
+        expected: Expectation | None,
     ) -> tuple[Fit, Expectation | None]:
         """The frame and what the frames before say; vision takes over where it was refused for long."""
-        expected = expectation(before, frame.time, mode, self._config)
+        alike = 1.0 if expected is None else expected.images_alike
+        factors = self._factors(frame, start, prior, alike)
         graph = factors.graph()
         if expected is not None:
             graph.push_back(expected.factor(OBJECT))
@@ -145,6 +158,8 @@ class FrameSolver:
         if expected is None or not may_take_over(frame, refused, self._config):
             return fit, expected
         assert frame.T_ho_visual is not None
+        if alike > 1.0:  # by itself it is the first that says so
+            factors = self._factors(frame, start, prior)
         alone = self._solved(factors, factors.graph(), frame.T_ho_visual)
         if frame.touching.any() and not _better(factors, alone, fit, frame.suspect):
             return fit, expected
@@ -164,7 +179,8 @@ class FrameSolver:
         return self._fit(factors, solution, moved)
 
     def _fit(self, factors: FrameFactors, solution: Solution, moved: bool) -> Fit:
-        weight = visual_weight(factors.visual, solution.values, self._config.visual_log_theta)
+        log_theta = self._config.visual_log_theta
+        weight = visual_weight(factors.visual, solution.values, log_theta, factors.images_alike)
         return Fit(factors, *solution, moved, weight)
 
     def __getstate__(self) -> dict[str, Any]:

@@ -64,12 +64,19 @@ def is_lost(fit: Fit) -> bool:
 
 
 def visual_weight(
-    visual: gtsam.PriorFactorPose3 | None, values: gtsam.Values, log_theta: float
+    visual: gtsam.PriorFactorPose3 | None,
+    values: gtsam.Values,
+    log_theta: float,
+    images_alike: float = 1.0,
 ) -> float:
-    """How much the visual pose counts after its Welsch loss, in [0, 1]: rho' = 1 - rho / theta."""
+    """How much the visual pose counts after its Welsch loss, in [0, 1]: rho' = 1 - rho / theta.
+
+    That of one image, whose loss in the graph is ``images_alike`` times smaller.
+    """
     if visual is None:
         return 0.0
-    return max(0.0, 1.0 - 2.0 * visual.error(values) / math.exp(log_theta))
+    loss = 2.0 * images_alike * visual.error(values)
+    return max(0.0, 1.0 - loss / math.exp(log_theta))
 
 
 def held_by_hand(fit: Fit) -> bool:

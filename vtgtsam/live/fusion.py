@@ -206,5 +206,6 @@ def measurement_of(cut: Cut) -> Measurement:
         T_wo_visual=None if visual is None else visual.T_wo,
         T_wh=cut.T_wh,
         visual_covariance=None if visual is None else visual.covariance,
+        visual_correlation=0.0 if visual is None else visual.correlation,
         visual_time=None if visual is None else visual.stamp_ns / 1e9,
     )

@@ -153,7 +153,11 @@ class Inputs:
         return self._put("hand_pose", stamp_ns, take)
 
     def put_vision(
-        self, stamp_ns: int, T_wo: gtsam.Pose3, covariance: np.ndarray | None = None
+        self,
+        stamp_ns: int,
+        T_wo: gtsam.Pose3,
+        covariance: np.ndarray | None = None,
+        correlation: float = 0.0,
     ) -> bool:
         """The object's pose in the image of that instant, late as it may be; whether it was taken.
 
@@ -162,16 +166,17 @@ class Inputs:
             T_wo: The pose.
             covariance: Its covariance, right perturbation, rotation first, shape (6, 6); zeros where a tracker that
                 tells it does not know it this time.
+            correlation: How long the errors of such poses stay alike [s].
         """
         read = None
         if covariance is not None and is_known(covariance):
             read = covariance_as_recorded(covariance, T_wo)
-        visual = VisualPose(stamp_ns, as_recorded(T_wo), read)
+        visual = VisualPose(stamp_ns, as_recorded(T_wo), read, correlation)
 
         def take() -> bool:
             if not self.vision.put(visual):
                 return False
-            self._record("object_pose", stamp_ns, T_wo, covariance)
+            self._record_vision(stamp_ns, T_wo, covariance, correlation)
             return True
 
         return self._put("vision", stamp_ns, take)
@@ -212,6 +217,17 @@ class Inputs:
 
     def _record(self, method: str, stamp_ns: int, *values: object) -> None:
         self.recorder.write(method, stamp_ns, *values, received_ns=self._tick())
+
+    def _record_vision(
+        self,
+        stamp_ns: int,
+        T_wo: gtsam.Pose3,
+        covariance: np.ndarray | None,
+        correlation: float,
+    ) -> None:
+        if correlation > 0.0:
+            self._record("vision_correlation", stamp_ns, correlation)
+        self._record("object_pose", stamp_ns, T_wo, covariance)
 
     def _tick(self) -> int:
         """The present, later than every instant given before."""
@@ -315,7 +331,9 @@ class Inputs:
             for stamp_ns, pose in self.hand_pose.since(since_ns):
                 self._record("hand_pose", stamp_ns, pose)
             for visual in self.vision.waiting(self.vision.latest_ns or 0):
-                self._record("object_pose", visual.stamp_ns, visual.T_wo, visual.covariance)
+                self._record_vision(
+                    visual.stamp_ns, visual.T_wo, visual.covariance, visual.correlation
+                )
             self.on_rewrite()
 
     def record(self, method: str, stamp_ns: int, *values: object) -> None:

@@ -25,11 +25,13 @@ class VisualPose:
         stamp_ns: Instant of the image [ns].
         T_wo: The object's pose.
         covariance: Its covariance, right perturbation, rotation first, shape (6, 6); None where not given.
+        correlation: How long its errors stay alike [s].
     """
 
     stamp_ns: int
     T_wo: gtsam.Pose3
     covariance: np.ndarray | None = None
+    correlation: float = 0.0
 
 
 class VisionQueue:

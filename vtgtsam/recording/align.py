@@ -110,6 +110,7 @@ def measurements_at(
             T_wo_visual=visual[i][0],
             T_wh=T_wh[i],
             visual_covariance=visual[i][1],
+            visual_correlation=visual[i][2],
         )
         for i in np.flatnonzero(ready)
     ]
@@ -142,13 +143,13 @@ def _held_poses(stream: PoseStream | None, instants_ns: np.ndarray) -> list[gtsa
 
 def _held_visual(
     stream: PoseStream | None, instants_ns: np.ndarray, hold_ns: int
-) -> list[tuple[gtsam.Pose3 | None, np.ndarray | None]]:
-    nothing = (None, None)
+) -> list[tuple[gtsam.Pose3 | None, np.ndarray | None, float]]:
+    nothing = (None, None, 0.0)
     if stream is None:
         return [nothing] * len(instants_ns)
     index = np.searchsorted(stream.times_ns, instants_ns, side="right") - 1
     fresh = (index >= 0) & (instants_ns - stream.times_ns[index] <= hold_ns)
     return [
-        (stream.poses[i], stream.covariances[i]) if ok else nothing
+        (stream.poses[i], stream.covariances[i], stream.correlation(i)) if ok else nothing
         for i, ok in zip(index, fresh, strict=True)
     ]

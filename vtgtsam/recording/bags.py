@@ -14,7 +14,7 @@ from ..exceptions import RecordingError
 from ..extras import require
 from .magic import kind_of
 from .mcap_file import McapFile
-from .messages import TACTILE_PADS, definition
+from .messages import CORRELATION_TIME, TACTILE_PADS, definition
 from .pieces import METADATA, read_listed, unlisted
 from .source import BagMessage, Source
 
@@ -151,7 +151,8 @@ class RosBag:
         keep_limits()
         # For bags of older ROS 2 versions, which hold no definitions.
         typestore = get_typestore(Stores.ROS2_HUMBLE)
-        typestore.register(get_types_from_msg(definition(TACTILE_PADS), TACTILE_PADS))
+        for own in (TACTILE_PADS, CORRELATION_TIME):
+            typestore.register(get_types_from_msg(definition(own), own))
         return AnyReader([path], default_typestore=typestore)
 
 

@@ -209,16 +209,23 @@ def _known_ns(stream: PoseStream, delay_ns: int) -> list[int]:
 
 def _visual_poses(stream: PoseStream, delay_ns: int) -> Iterator[Entry]:
     given = any(covariance is not None for covariance in stream.covariances)
-    for stamp, pose, covariance, known in zip(
-        stream.times_ns.tolist(),
-        stream.poses,
-        stream.covariances,
-        _known_ns(stream, delay_ns),
-        strict=True,
+    for index, (stamp, pose, covariance, known) in enumerate(
+        zip(
+            stream.times_ns.tolist(),
+            stream.poses,
+            stream.covariances,
+            _known_ns(stream, delay_ns),
+            strict=True,
+        )
     ):
         # All poses of a recording have a covariance or none has; zeros: unknown.
         some = np.zeros((6, 6)) if covariance is None else covariance
-        write = partial(_write_vision, pose=pose, covariance=some if given else None)
+        write = partial(
+            _write_vision,
+            pose=pose,
+            covariance=some if given else None,
+            correlation=stream.correlation(index),
+        )
         yield Entry(stamp, "visual poses", write, known)
 
 
@@ -229,5 +236,8 @@ def _write_vision(
     *,
     pose: gtsam.Pose3,
     covariance: np.ndarray | None,
+    correlation: float,
 ) -> None:
+    if correlation > 0.0:
+        writer.vision_correlation(time, correlation, received=known)
     writer.object_pose(time, pose, covariance, received=known)

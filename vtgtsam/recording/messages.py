@@ -24,6 +24,7 @@ from mcap_ros2._dynamic import generate_dynamic, serialize_dynamic
 
 JOINT_STATE = "sensor_msgs/msg/JointState"
 TACTILE_PADS = "vtgtsam_msgs/msg/TactilePads"
+CORRELATION_TIME = "vtgtsam_msgs/msg/CorrelationTime"
 POSE = "geometry_msgs/msg/PoseStamped"
 POSE_WITH_COVARIANCE = "geometry_msgs/msg/PoseWithCovarianceStamped"
 COMPRESSED_IMAGE = "sensor_msgs/msg/CompressedImage"

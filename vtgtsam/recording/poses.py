@@ -41,6 +41,7 @@ class PoseStream:
         frames: The frames that messages say they are given in, the first one's first.
         received_ns: When each pose became known [ns], int64, shape (N,); None where they did not come as messages.
         arrivals: When all messages of the topic were stamped and received.
+        correlations: How long the errors of each pose stay alike [s], shape (N,); None: not at all.
     """
 
     times_ns: np.ndarray
@@ -49,6 +50,7 @@ class PoseStream:
     frames: tuple[str, ...] = ()
     received_ns: np.ndarray | None = None
     arrivals: Arrivals | None = None
+    correlations: np.ndarray | None = None
 
     def chosen(self, keep: np.ndarray) -> PoseStream:
         """Those poses for which ``keep`` (N,) is true, at least one."""
@@ -59,7 +61,12 @@ class PoseStream:
             poses=[self.poses[i] for i in index],
             covariances=[self.covariances[i] for i in index],
             received_ns=None if self.received_ns is None else self.received_ns[index],
+            correlations=None if self.correlations is None else self.correlations[index],
         )
+
+    def correlation(self, index: int) -> float:
+        """How long the errors of a pose stay alike [s]."""
+        return 0.0 if self.correlations is None else float(self.correlations[index])
 
     @cached_property
     def is_constant(self) -> bool:
@@ -111,6 +118,19 @@ def read_poses(topic: str, bag: Sequence[BagMessage], warnings: list[str]) -> Po
         np.array(known_ns, dtype=np.int64),
         decoded.arrivals,
     )
+
+
+def with_correlations(
+    stream: PoseStream, topic: str, bag: Sequence[BagMessage], warnings: list[str]
+) -> PoseStream:
+    """Visual poses with how long their errors stay alike, as another topic says it for the same stamps."""
+    if not bag:
+        return stream
+    entries = decode(topic, bag, (messages.CORRELATION_TIME,), warnings).entries
+    said = {stamp: m.seconds for stamp, m in entries if 0.0 <= m.seconds < np.inf}
+    note(warnings, topic, len(entries) - len(said), len(entries), "are no time of an own stamp")
+    correlations = [said.get(stamp, 0.0) for stamp in stream.times_ns.tolist()]
+    return dataclasses.replace(stream, correlations=np.array(correlations))
 
 
 def pose_fields(message: Any) -> Any:

@@ -20,7 +20,7 @@ from .calibrations import read_calibrations
 from .camera_share import holds_camera, of_tracker
 from .consistency.repeats import without_identity, without_repeats
 from .named import read_contacts, read_joints
-from .poses import PoseStream, read_poses
+from .poses import PoseStream, read_poses, with_correlations
 from .provenance import find_hand, find_object
 from .recording import Recording
 from .source import BagMessage, Source
@@ -111,13 +111,25 @@ def _streams(bag: dict[str, list[BagMessage]], topics: Topics, warnings: list[st
         joints=read_joints(topics.joints, bag[topics.joints], warnings),
         contacts=read_contacts(topics.contacts, bag[topics.contacts.topic], warnings),
         hand_pose=poses(topics.hand_topic),
-        vision=_vision(poses(topics.vision.topic), camera, topics, warnings),
+        vision=_vision(_seen(bag, topics, warnings), camera, topics, warnings),
         truth=without_identity(poses(topics.truth), topics.truth, warnings),
         estimate=poses(topics.estimate),
         camera_pose=camera,
     )
     streams.vision_sent = streams.vision
     return without_repeats(streams, topics, warnings)
+
+
+def _seen(
+    bag: dict[str, list[BagMessage]], topics: Topics, warnings: list[str]
+) -> PoseStream | None:
+    """Visual poses as the tracker sent them."""
+    topic = topics.vision.topic
+    stream = read_poses(topic, bag[topic], warnings)
+    if stream is None:
+        return None
+    said = names.VISION_CORRELATION
+    return with_correlations(stream, said, bag[said], warnings)
 
 
 def _vision(

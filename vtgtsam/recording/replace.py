@@ -30,7 +30,8 @@ def replace_topic(
     Args:
         source: The MCAP file to copy; what a crash cut off of it is left out.
         out: The file to write, another one.
-        topic: The topic whose messages are replaced, or which is added.
+        topic: The topic whose messages are replaced, or which is added. What was said of the visual poses' errors goes
+            with them.
         msgtype: Type of the new messages.
         stamped: The new messages, by increasing stamps.
         metadata: Entries of the metadata record ``vtgtsam`` to set.
@@ -55,6 +56,7 @@ class _Copy:
 
     def __init__(self, writer: Writer, topic: str, metadata: Mapping[str, str]) -> None:
         self._writer, self._topic, self._metadata = writer, topic, metadata
+        self._left_out = (topic, *([names.VISION_CORRELATION] if topic == names.VISION else []))
         self._schemas = {0: 0}  # by the source's number; 0 is none
         self._channels: dict[int, int] = {}
         self._added: int | None = None  # the topic's channel
@@ -69,7 +71,7 @@ class _Copy:
                 number = writer.register_schema(record.name, record.encoding, record.data)
                 self._schemas[record.id] = number
         elif isinstance(record, Channel):
-            if record.id not in self._channels and record.topic != self._topic:
+            if record.id not in self._channels and record.topic not in self._left_out:
                 self._channels[record.id] = writer.register_channel(
                     record.topic,
                     record.message_encoding,

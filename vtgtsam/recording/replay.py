@@ -51,6 +51,7 @@ def replayed(
                 T_wo_visual=None if seen is None else seen.T_wo,
                 T_wh=T_wh,
                 visual_covariance=None if seen is None else seen.covariance,
+                visual_correlation=0.0 if seen is None else seen.correlation,
                 visual_time=None if seen is None else seen.stamp_ns / 1e9,
             )
         )
@@ -110,7 +111,12 @@ def _as_received(stream: PoseStream) -> list[tuple[int, VisualPose]]:
     return [
         (
             int(received_ns[i]),
-            VisualPose(int(stream.times_ns[i]), stream.poses[i], stream.covariances[i]),
+            VisualPose(
+                int(stream.times_ns[i]),
+                stream.poses[i],
+                stream.covariances[i],
+                stream.correlation(i),
+            ),
         )
         for i in order
     ]

@@ -197,7 +197,7 @@ class Topics(_Model):
     def used(self) -> Iterator[str]:
         """Names of all topics that are read, images apart."""
         yield from (self.joints, self.contacts.topic, self.hand_topic, self.vision.topic)
-        yield from (self.truth, self.estimate, names.CALIBRATION)
+        yield from (self.truth, self.estimate, names.CALIBRATION, names.VISION_CORRELATION)
         if isinstance(self.camera_pose, str):
             yield self.camera_pose
 

@@ -166,6 +166,16 @@ class RecordingWriter:
         pose = {"pose": _checked_fields(T_wo), "covariance": ros.ravel().tolist()}
         self._write(topic, messages.POSE_WITH_COVARIANCE, time, "world", {"pose": pose}, received)
 
+    def vision_correlation(
+        self, time: Seconds, correlation: float, received: Seconds | None = None
+    ) -> None:
+        """How long the errors of the visual pose of that instant stay alike with those of others [s]."""
+        if not 0.0 <= correlation < math.inf:
+            raise ValueError(f"correlation must be seconds, at least 0, got {correlation!r}")
+        fields = {"seconds": float(correlation)}
+        kind = messages.CORRELATION_TIME
+        self._write(names.VISION_CORRELATION, kind, time, "", fields, received)
+
     def truth(self, time: Seconds, T_wo: gtsam.Pose3, received: Seconds | None = None) -> None:
         """The object's true pose."""
         self._write_pose(names.TRUTH, time, T_wo, received)

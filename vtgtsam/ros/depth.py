@@ -164,7 +164,7 @@ class DepthTracking:
         tracked = self._tracker.update(depth, T_wc, joints, T_wh)
         self.state = "follows the object" if tracked.status == "ok" else "does not see the object"
         if tracked.T_wo is not None:
-            self._inputs.put_vision(stamp_ns, tracked.T_wo, tracked.covariance)
+            self._inputs.put_vision(stamp_ns, tracked.T_wo, tracked.covariance, tracked.correlation)
 
     def _look_for(
         self, depth: np.ndarray, T_wc: gtsam.Pose3, joints: np.ndarray, T_wh: gtsam.Pose3

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..camera import CameraIntrinsics
 from .alignment import Evidence, Shape, align, outline_pixels, stride
-from .expectation import TOGETHER, Expectation
+from .expectation import Expectation
 from .hand_mask import HandMask
 from .noise import DepthNoise
 from .search import Search, score
@@ -29,7 +29,7 @@ COARSE_PIXELS, FINE_PIXELS = 400, 2000  # of the object's outline, for the first
 WEAK = 0.01  # share of the frame-to-frame prior that is left in the covariance: 0.5 rad, 0.1 m
 MIN_MEASURED = 0.1  # share of the outline; with less, the image cannot say where the object is not
 
-HALF_A_SECOND = 15.0  # images
+LASTING = 20.0  # [s], noise that stays for some images stays as long as a grasp is looked at
 
 # What noise leaves out: the object's own grid and mesh.
 FLOOR = np.repeat([0.003**2, 0.0003**2], 3)  # [rad^2, m^2]
@@ -165,8 +165,7 @@ class DepthTracker:
                 T_co_now, seen, good = T_there, there, True
         self._unseen = 0 if good else self._unseen + 1
         if not good and expected.is_carried and self._unseen < PATIENCE:
-            unseen = self._covariance(np.zeros((6, 6)), 1.0)
-            return TrackedPose(expected.T_wo, unseen, seen.visible_fraction, "ok")
+            return self._tracked(expected.T_wo, np.zeros((6, 6)), seen)
         if not good and seen.measured > MIN_MEASURED * seen.outline:
             T_co_now, seen = self._follow(view, self._search.look(view, T_co, T_wc))
             good = self._meets(seen, FOUND)
@@ -177,8 +176,7 @@ class DepthTracker:
         self._noise.learn(measured, seen)
         information, _ = seen.normal_equations()
         expected.update(T_wc * T_co_now, information)
-        covariance = self._covariance(information, seen.misfit)
-        return TrackedPose(expected.T_wo, covariance, seen.visible_fraction, "ok")
+        return self._tracked(expected.T_wo, information / max(seen.misfit, 1.0), seen)
 
     def _with_noise(self, measured: View, T_co: gtsam.Pose3) -> View:
         """The view with what was learnt of the camera's noise; in the first one, from that image itself."""
@@ -187,16 +185,14 @@ class DepthTracker:
             self._noise.learn(measured, at)
         return self._noise.on(measured, at)
 
-    def _covariance(self, information: np.ndarray, misfit: float) -> np.ndarray:
-        """Covariance of a pose, (6, 6), by its image alone; what that does not show is uncertain, not infinite.
+    def _tracked(self, T_wo: gtsam.Pose3, information: np.ndarray, seen: Evidence) -> TrackedPose:
+        """A pose with its covariance by its image alone; what that does not show is uncertain, not infinite.
 
-        What was known before the image stays out of it. Noise that stays from image to image does not become
-        less by many of them: who counts half a second of images as one must not take more from them than from one.
+        What was known before the image stays out of it. For how long images err alike is said beside it.
         """
-        alike = 1.0 + self._noise.persistence * (TOGETHER / HALF_A_SECOND - 1.0)
-        information = information / (max(misfit, 1.0) * alike) + WEAK * self._shape.prior
-        covariance: np.ndarray = np.linalg.inv(information) + np.diag(FLOOR)
-        return covariance
+        covariance = np.linalg.inv(information + WEAK * self._shape.prior) + np.diag(FLOOR)
+        correlation = LASTING * self._noise.persistence
+        return TrackedPose(T_wo, covariance, seen.visible_fraction, "ok", correlation)
 
     def _follow(
         self, view: View, T_co: gtsam.Pose3, prior: np.ndarray | None = None
