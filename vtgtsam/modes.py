@@ -74,5 +74,5 @@ def random_walk(settings: ModeSettings, dt: float) -> np.ndarray:
 
 
 def repetitions(correlation: float, dt: float) -> float:
-    """As one of how many a frame counts, at least 1, dt [s] after the one before; all of so long a time err alike [s]."""
+    """As one of how many a frame counts, at least 1, dt [s] after the one before, if all err alike for so long [s]."""
     return max(1.0, correlation / max(dt, SHORTEST))

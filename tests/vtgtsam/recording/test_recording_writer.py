@@ -157,6 +157,18 @@ os.kill(os.getpid(), signal.SIGKILL)
     assert 9.99 - last_s <= 1.0
 
 
+def test_how_long_errors_stay_alike_comes_back_with_its_pose(tmp_path):
+    with RecordingWriter(tmp_path / "a.mcap", {}) as writer:
+        for k in range(3):
+            if k != 1:
+                writer.vision_correlation(0.1 * k, 2.5 + k)
+            writer.object_pose(0.1 * k, pose(k))
+    stream = read_recording(tmp_path / "a.mcap").streams.vision
+    assert [stream.correlation(k) for k in range(3)] == [2.5, 0.0, 4.5]
+    kept = stream.chosen(np.array([False, False, True]))
+    assert kept.correlation(0) == 4.5
+
+
 def test_an_exception_in_the_with_statement_still_leaves_a_complete_file(tmp_path):
     with pytest.raises(KeyboardInterrupt), RecordingWriter(tmp_path / "a.mcap") as writer:
         writer.joint_states(0.0, JOINTS, [0, 0])
@@ -197,6 +209,10 @@ NAN_POSE = gtsam.Pose3(gtsam.Rot3(), np.array([np.nan, 0, 0]))
         (lambda w: w.truth(0, NAN_POSE), "a pose must be finite"),
         (lambda w: w.truth(float("nan"), gtsam.Pose3()), "time must be seconds"),
         (lambda w: w.truth(-1, gtsam.Pose3()), "time must be seconds"),
+        (
+            lambda w: w.vision_correlation(0, -1.0),
+            "correlation must be seconds, at least 0, got -1.0",
+        ),
         (
             lambda w: w.object_pose(0, gtsam.Pose3(), np.eye(3)),
             r"covariance must have shape \(6, 6\)",

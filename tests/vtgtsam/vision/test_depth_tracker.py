@@ -8,7 +8,7 @@ import pytest
 
 from sim.camera import D435, DepthCamera, add_depth_noise
 from vtgtsam import adds, load_hand, load_object
-from vtgtsam.vision.depth_tracker import DepthTracker, make_tracker
+from vtgtsam.vision.depth_tracker import LASTING, DepthTracker, make_tracker
 
 CAMERA = D435.scaled(0.5)
 T_WC = gtsam.Pose3(gtsam.Rot3(np.diag([1.0, -1.0, -1.0])), np.array([0.0, 0.0, 0.8]))  # looks down
@@ -85,6 +85,20 @@ def test_an_empty_image_is_lost_and_the_object_is_found_again(mug):
     for _ in range(5):
         found = tracker.update(mug.image(moved), T_WC)
     assert found.status == "ok" and mug.error(found.T_wo, moved) < 0.001
+
+
+def test_it_says_for_how_long_its_errors_stay_and_of_one_image_how_large_they_are(mug):
+    fixed = mug.image(TILTED)
+
+    def last(images):
+        tracker = DepthTracker(mug.obj, CAMERA)
+        tracker.start(TILTED)
+        return [tracker.update(image, T_WC) for image in images][-1]
+
+    staying = last([fixed] * 25)
+    changing = last([mug.image(TILTED) for _ in range(24)] + [fixed])
+    assert staying.correlation > 0.9 * LASTING and changing.correlation < 0.05 * LASTING
+    np.testing.assert_allclose(np.diag(staying.covariance), np.diag(changing.covariance), rtol=0.3)
 
 
 def test_the_same_images_give_the_same_poses(mug):

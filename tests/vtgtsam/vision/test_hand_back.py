@@ -22,10 +22,11 @@ def mug():
     return Stage("mug")
 
 
-def started(mug, T_wo=TILTED):
+def started(mug, T_wo=TILTED, first=None):
     tracker = DepthTracker(mug.obj, CAMERA)
     tracker.start(T_wo)
-    assert tracker.update(mug.image(T_wo), T_WC).status == "ok"
+    image = mug.image(T_wo) if first is None else first
+    assert tracker.update(image, T_WC).status == "ok"
     return tracker
 
 
@@ -43,24 +44,28 @@ def test_a_lost_tracker_finds_the_object_where_it_is_told_to_look(mug):
 
 
 def test_what_it_reports_is_the_images_and_not_the_pose_it_was_told(mug):
-    image = mug.image(FAR_OFF)
+    first, image = mug.image(TILTED), mug.image(FAR_OFF)
     found = []
     for hint in (off(4.0, 0.0), off(-4.0, 4.0)):
-        tracker = started(mug)
+        tracker = started(mug, first=first)
         tracker.search_at(FAR_OFF.compose(hint))
         found.append(tracker.update(image, T_WC))
     one, other = found
     assert mug.error(one.T_wo, other.T_wo) < 0.0003  # 8 mm between the two hints
+    np.testing.assert_allclose(np.diag(one.covariance), np.diag(other.covariance), rtol=0.4)
     untold = started(mug, FAR_OFF).update(image, T_WC)
-    for told in found:  # how noisy a first image is taken to be depends on where it is looked at
+    for (
+        told
+    ) in found:  # how noisy a camera is taken to be after one image depends on where that was
         np.testing.assert_allclose(np.diag(told.covariance), np.diag(untold.covariance), rtol=0.4)
 
 
 def test_a_tracker_that_follows_the_object_is_not_moved_by_a_wrong_pose(mug):
-    image = mug.image(TILTED)
-    alone, told = started(mug), started(mug)
+    first, image = mug.image(TILTED), mug.image(TILTED)
+    alone, told = started(mug, first=first), started(mug, first=first)
     told.search_at(FAR_OFF)
-    assert mug.error(told.update(image, T_WC).T_wo, alone.update(image, T_WC).T_wo) < 1e-4
+    # The part of the image that is looked at is larger, and its noise is taken for that of all.
+    assert mug.error(told.update(image, T_WC).T_wo, alone.update(image, T_WC).T_wo) < 1e-5
 
 
 def test_nothing_is_found_where_the_image_shows_nothing(mug):

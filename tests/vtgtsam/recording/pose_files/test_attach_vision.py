@@ -157,6 +157,20 @@ def write_images(path, poses, mesh=None, origin="0 0 0"):
     return path
 
 
+def test_how_long_the_replaced_trackers_errors_stayed_goes_with_its_poses(tmp_path, run):
+    poses = [gtsam.Pose3(gtsam.Rot3(), [0.01 * k, 0.0, 0.0]) for k in range(8)]
+    with RecordingWriter(tmp_path / "a.mcap", {}, hand_xml=HAND_XML, mesh=box_obj()) as writer:
+        for k, pose in enumerate(poses):
+            writer.joint_states(0.1 * k, [f"j_{name}" for name in PADS], np.zeros(4))
+            writer.tactile(0.1 * k, PADS, np.zeros(4), np.zeros(4))
+            writer.vision_correlation(0.1 * k, 3.0)
+            writer.object_pose(0.1 * k, pose)
+    before = read_recording(tmp_path / "a.mcap")
+    assert {m.visual_correlation for m in before.measurements()} == {3.0}
+    after = run(tmp_path / "a.mcap", tum(tmp_path / "x.txt", 0.1 * np.arange(8), poses))[3]
+    assert {m.visual_correlation for m in after.measurements()} == {0.0}
+
+
 def test_numbers_count_images_where_there_are_any_or_visual_poses_where_said(tmp_path, run):
     poses = [gtsam.Pose3(gtsam.Rot3(), [0.01 * k, 0.0, 0.0]) for k in range(8)]
     source = write_images(tmp_path / "a.mcap", poses)
