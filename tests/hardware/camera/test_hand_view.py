@@ -102,6 +102,7 @@ class TestCalibrateWrist:
         ):
             compare_with_depth(T_ch, depth, CAMERA, hand, joints, MOUNT)
 
+    @pytest.mark.slow  # renders and finds the tag as the test beside it
     def test_a_tag_mounted_otherwise_than_its_file_says_is_refused(self, hand, joints):
         turned = MOUNT.pose * gtsam.Pose3(gtsam.Rot3.Rz(np.deg2rad(4)), np.array([0.01, 0, 0]))
         q = turned.rotation().toQuaternion()

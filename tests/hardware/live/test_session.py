@@ -191,6 +191,7 @@ def test_a_camera_that_falls_silent_leaves_touch_and_says_so(bench):
     assert any("note: no images" in line for line in status.summary())
 
 
+@pytest.mark.slow  # a whole run
 def test_a_run_without_a_first_visual_pose_is_an_error_with_a_reason(bench):
     bench.camera.blind = True
     with pytest.raises(
@@ -200,6 +201,7 @@ def test_a_run_without_a_first_visual_pose_is_an_error_with_a_reason(bench):
     assert bench.all_off()
 
 
+@pytest.mark.slow  # a whole run
 def test_stamps_from_the_past_are_the_reason_that_is_told(bench):
     bench.camera.late = 0.0
     when_closing(bench, lambda: setattr(bench.camera, "late", 5.0), after=0.0)
@@ -267,6 +269,7 @@ def test_somebody_watches_while_a_person_is_asked(bench):
     assert bench.all_off()
 
 
+@pytest.mark.slow  # a whole run
 def test_without_questions_it_waits_until_the_object_lies_there(bench, monkeypatch):
     bench.camera.blind = True
     finds = iter([LiveError("not yet"), LiveError("not yet"), T_HO, T_HO])

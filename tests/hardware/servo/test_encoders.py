@@ -78,6 +78,7 @@ def test_a_finger_that_is_blocked_and_yields_is_believed(hand, line, caplog):
     assert hand.remarks() == []
 
 
+@pytest.mark.slow  # seconds under current
 def test_a_dead_stop_under_full_current_is_said_once_and_stops_nothing(hand, line, caplog):
     close(hand, 0.3)
     block(line)

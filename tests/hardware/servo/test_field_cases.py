@@ -46,8 +46,8 @@ class TestZerosNearTheSeam:
     @pytest.mark.parametrize(
         ("zero", "sign"),
         [
-            (0, -1),
             (4095, 1),
+            pytest.param(0, -1, marks=pytest.mark.slow),
             pytest.param(100, 1, marks=pytest.mark.slow),
             pytest.param(2048, -1, marks=pytest.mark.slow),
         ],
@@ -102,6 +102,7 @@ class TestSlowLines:
         assert "servos answer at 57600 baud" in problem
         assert "set the servos to 1000000 baud" in problem
 
+    @pytest.mark.slow  # asks at every rate
     def test_check_advises_a_rate_that_is_fast_enough(self, description):
         with ServoLineEmulator([j.id for j in description.joints], baud=3_000_000) as line:
             (problem,) = check_servos(description, line.path).problems
@@ -182,6 +183,7 @@ class TestSupplyAndLine:
         assert caplog.text.count("palm_inner (servo 51) has 3.9 V, too little") == 1
         assert any("palm_inner (servo 51) 3.9 V" in remark for remark in hand.remarks())
 
+    @pytest.mark.slow  # many cycles
     def test_lost_answers_are_told_in_the_end(self, hand, line):
         assert hand.remarks() == []
         line.faults.drop = 0.1

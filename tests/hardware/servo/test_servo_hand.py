@@ -369,6 +369,7 @@ class TestTrouble:
             assert wait_until(lambda: line.servos[33].tripped)
             line.faults.silent = set()
 
+    @pytest.mark.slow  # waits out every retry
     def test_damage_in_every_cycle_names_the_servos(self, hand, line):
         line.faults.corrupt = 1.0
         with pytest.raises(TorqueError, match=r"no answer from thumb_rotation.*cut the power"):
