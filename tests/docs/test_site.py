@@ -81,43 +81,54 @@ def _blocks(language):
             yield page, block
 
 
-def test_commands_in_pages_are_understood_by_the_command_line():
-    import typer
-
-    from vtgtsam.cli import app
-
-    commands = typer.main.get_command(app).commands
-    seen = 0
-    for _, block in _blocks("sh"):
-        for line in block.replace("\\\n", " ").splitlines():
-            words = re.sub(r"\s#.*", "", line).split()
-            if words[:1] == ["vtgtsam"] and not words[1].startswith("-"):
-                commands[words[1]].make_context(words[1], words[2:])  # raises where it is wrong
-                seen += 1
-    assert seen > 10
+def _command_lines():
+    """Lines of the pages that someone would type, in fences or indented, without comments."""
+    for page in [*PAGES, *READMES]:
+        text = re.sub(r"\\\n\s*", "", page.read_text())
+        fenced = re.findall(r"```sh\n(.*?)```", text, flags=re.DOTALL)
+        indented = re.findall(
+            r"^ {4}(\S.*)$", re.sub(r"```.*?```", "", text, flags=re.DOTALL), re.MULTILINE
+        )
+        for line in [*"\n".join(fenced).splitlines(), *indented]:
+            yield page, re.sub(r"\s+#.*", "", line).split(" | ")[0].strip()
 
 
-def test_commands_of_the_checkout_in_pages_are_known():
+def test_every_command_line_in_the_pages_has_options_that_exist():
     import importlib
 
     import typer
 
     known = {
-        package: typer.main.get_command(importlib.import_module(f"{package}.__main__").app).commands
-        for package in ("sim", "hardware", "benchmarks")
+        package: typer.main.get_command(importlib.import_module(module).app).commands
+        for package, module in [
+            ("vtgtsam", "vtgtsam.cli"),
+            *((name, f"{name}.__main__") for name in ("sim", "hardware", "benchmarks")),
+        ]
     }
+    seen = dict.fromkeys(known, 0)
+    for page, line in _command_lines():
+        words = line.removeprefix("python -m ").split()
+        if words[:1] == ["vtgtsam"] or line.startswith("python -m ") and words[0] in known:
+            package, name, *arguments = words
+            if name.startswith("-"):
+                continue
+            assert name in known[package], (page, line)
+            command = known[package][name]
+            context = command.context_class(command, info_name=name)
+            command.make_parser(context).parse_args(arguments)  # raises where an option is wrong
+            seen[package] += 1
+    assert min(seen.values()) > 5, seen
+
+
+def test_every_make_target_in_the_pages_exists():
     makefile = (ROOT / "Makefile").read_text()
-    seen = 0
-    for page, block in _blocks("sh"):
-        for line in block.replace("\\\n", " ").splitlines():
-            words = re.sub(r"\s#.*", "", line).split()
-            if words[:2] == ["python", "-m"] and words[2] in known:
-                assert words[3].startswith("-") or words[3] in known[words[2]], (page, line)
-                seen += 1
-            if words[:1] == ["make"]:
-                assert re.search(rf"^{words[1]}:", makefile, flags=re.MULTILINE), (page, line)
-                seen += 1
-    assert seen > 20
+    targets = [(page, line) for page, line in _command_lines() if re.match(r"make [a-z]", line)]
+    for page, line in targets:
+        for target in re.findall(
+            r"\b(?<!=)[a-z][a-z-]+\b(?!=)", line.removeprefix("make ").split("=")[0]
+        ):
+            assert re.search(rf"^{target}:", makefile, flags=re.MULTILINE), (page, line)
+    assert len(targets) > 10
 
 
 def test_python_in_pages_is_python():
