@@ -92,6 +92,7 @@ def write_grip(
     device: str = "",
     old_covariances: bool = False,
     started: str = "",
+    correlation: float = 0.0,
 ) -> Path:
     """A recording at 30 Hz.
 
@@ -107,6 +108,7 @@ def write_grip(
         hand_xml: The attached hand.
         device: The camera's name.
         old_covariances: Whether the visual poses' hold the camera's error too, as they once did.
+        correlation: How long the tracker says that its errors stay alike [s].
         started: When the live run began that made it; empty: none made it.
     """
     rng = np.random.default_rng(seed)
@@ -141,5 +143,7 @@ def write_grip(
             away = gtsam.Pose3(gtsam.Rot3(), np.array([0.0, 0.08, 0.0]) * (lost and k > 15))
             seen = robot.T_error * T_wh * away * gtsam.Pose3.Expmap(noise)
             share = camera_share(seen) if old_covariances else 0.0
+            if correlation > 0.0:
+                writer.vision_correlation(t, correlation)
             writer.object_pose(t, seen, np.diag([4e-3] * 3 + [4e-4] * 3) ** 2 + share)
     return path

@@ -35,7 +35,7 @@ OVERLAP_SIGMA = 0.0003  # [m], and inside it
 CONTACT_THETA = math.log(20.0)  # log of the Welsch loss's theta: 4.5 sigmas
 VISION_THETA = math.log(20.0)
 CONTACTS_ALIKE = 0.5  # [s], for which errors of contacts last
-VISION_ALIKE = 1.5  # [s], and those of visual poses
+VISION_ALIKE = 1.5  # [s], and those of visual poses, or longer where a tracker says so
 
 # What a contact stands off the mesh has no one size. In simulated grasps half of the touching pads are within 0.05 mm
 # where all is known; one that touches with its rim, or an object that is not its mesh there, makes 0.3 to 1 mm.
@@ -81,13 +81,14 @@ def add_grasp(
     noise = _rough_offsets(count) if rough else cauchy_of_rows(count, OFFSET_SCALE)
     values.insert(B(number), usual)
     graph.push_back(gtsam.PriorFactorVector(B(number), usual, noise))
-    vision = _repetitions(VISION_ALIKE, grasp.spacing)
     touch = _repetitions(CONTACTS_ALIKE, grasp.spacing)
+    seen = sum(frame.T_wo_visual is not None for frame in grasp.keyframes)
     before: Keyframe | None = None
     for index, frame in enumerate(grasp.keyframes):
         key = pose_key(number, index)
         values.insert(key, frame.T_ho)
         if frame.T_wo_visual is not None:
+            vision = min(_vision_repetitions(frame, grasp.spacing), seen)
             graph.push_back(
                 seen_factor(
                     key,
@@ -124,6 +125,11 @@ def add_grasp(
 def _repetitions(alike: float, spacing: float) -> float:
     """As how many keyframes that say the same one counts."""
     return max(1.0, alike / spacing)
+
+
+def _vision_repetitions(frame: Keyframe, spacing: float) -> float:
+    """The same for its visual pose, if a grasp were endless: all of one are worth one at least."""
+    return _repetitions(max(VISION_ALIKE, frame.visual_correlation), spacing)
 
 
 def _visual_noise(frame: Keyframe, config: EstimatorConfig, n: float) -> gtsam.noiseModel.Base:

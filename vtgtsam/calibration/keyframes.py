@@ -52,6 +52,7 @@ class Keyframe(NamedTuple):
         T_ho: Pose of the object in the hand, as memory has it.
         T_wo_visual: The visual pose as reported, or None where there is none or memory refused it.
         visual_covariance: Its covariance, shape (6, 6), or None where it has none.
+        visual_correlation: How long its errors stay alike [s].
     """
 
     time: float
@@ -61,6 +62,7 @@ class Keyframe(NamedTuple):
     T_ho: gtsam.Pose3
     T_wo_visual: gtsam.Pose3 | None
     visual_covariance: np.ndarray | None
+    visual_correlation: float = 0.0
 
 
 class Grasp(NamedTuple):
@@ -181,4 +183,5 @@ def _keyframe(frame: Frame, T_wo: gtsam.Pose3, believed: bool) -> Keyframe:
         T_ho=frame.T_wh.between(T_wo),
         T_wo_visual=frame.T_wo_visual if believed else None,
         visual_covariance=frame.visual_covariance,
+        visual_correlation=frame.visual_correlation,
     )

@@ -74,6 +74,19 @@ def test_a_calibrated_estimator_is_nearer_to_the_truth(folder, result, tmp_path)
     assert errors[1] < 0.7 * errors[0]
 
 
+def test_images_that_err_alike_teach_less_of_the_camera(tmp_path):
+    def camera(correlation):
+        path = tmp_path / f"{correlation}" / "a.mcap"
+        found = calibrate([write_grip(path, ROBOT, 0, 150, correlation=correlation)])
+        return np.diag(found.covariance)[:6]
+
+    alike, apart = camera(100.0), camera(0.0)
+    assert (alike > apart).all() and alike[3:].sum() > 1.05 * apart[3:].sum(), (alike, apart)
+    np.testing.assert_allclose(
+        alike, camera(1000.0), rtol=1e-3
+    )  # a grasp is worth an image at least
+
+
 def test_recordings_may_be_paths_or_read_already(folder, result):
     again = calibrate([read_recording(path) for path in sorted(folder.iterdir())])
     np.testing.assert_array_equal(again.offsets, result.calibration.offsets)
