@@ -26,7 +26,7 @@ from vtgtsam import Calibration, PoseEstimator
 from vtgtsam.calibration.online import OnlineCalibration
 from vtgtsam.calibration.sources import run_of
 from vtgtsam.exceptions import LiveError
-from vtgtsam.live.calibrating import kept
+from vtgtsam.live.calibrating import instant_ns, kept
 from vtgtsam.live.clock import RunClock
 from vtgtsam.live.fusion import Estimator, Fusion, vision_hold
 from vtgtsam.live.inputs import Inputs
@@ -168,7 +168,7 @@ class _Session:
             self._estimator = stack.enter_context(online)
 
     def _recalibrated(self, time: float, calibration: Calibration) -> None:
-        self._recorder.write("calibration", round(time * 1e9), calibration)
+        self._recorder.write("calibration", instant_ns(time), calibration)
 
     def _make_inputs(self) -> Inputs:
         return Inputs(

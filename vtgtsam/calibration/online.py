@@ -132,6 +132,15 @@ class OnlineCalibration:
         self._asked = None
         self._end_grasp()
 
+    def finish(self) -> None:
+        """Solve the grasp so far a last time, here, when no frame is to come: a second or a few.
+
+        ``calibration`` then has all of it; ``on_change`` is not told, since nothing is corrected with it any more.
+        """
+        if self._known is not None and self._log.keyframes:
+            self._on_change = None
+            self._take(answer_to(self._question(self._known)), self._log.keyframes[-1].time)
+
     def close(self) -> None:
         """End the process that solves."""
         if self._background is not None:
@@ -180,19 +189,23 @@ class OnlineCalibration:
         if busy or time < self._asked + self._period or not self._log.keyframes:
             return
         self._asked = time
-        start = self._known.belief if self._learnt is None else self._learnt.belief
-        question = Question(
-            number=self._grasps,
-            grasp=self._log.grasp("this grasp"),
-            known=self._known.belief,
-            start=start.mean,
-            camera_origin=self._known.camera_origin,
-            config=self.config,
-        )
+        question = self._question(self._known)
         if self._background is not None:
             self._background.ask(question)
         else:
             self._answer = answer_to(question)
+
+    def _question(self, known: Known) -> Question:
+        """What the grasp so far says, as a question."""
+        start = known.belief if self._learnt is None else self._learnt.belief
+        return Question(
+            number=self._grasps,
+            grasp=self._log.grasp("this grasp"),
+            known=known.belief,
+            start=start.mean,
+            camera_origin=known.camera_origin,
+            config=self.config,
+        )
 
     def _take(self, answer: Answer, time: float) -> None:
         """Go on with what a grasp says, from the frame of an instant [s] on."""

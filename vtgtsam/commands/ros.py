@@ -12,7 +12,7 @@ from typing import Annotated, Any
 import typer
 
 from .live_view import LOOPBACK, PORT, View, ViewHost, ViewPort, live_page
-from .options import Calibration, Hand, Object
+from .options import Calibration, Force, Hand, Object
 
 _PACKAGE = Path(__file__).parents[1]
 _LAUNCH_FILE = _PACKAGE / "ros" / "vtgtsam.launch.py"
@@ -29,6 +29,14 @@ def ros(
     hand: Hand = None,
     object: Object = None,
     calibration: Calibration = None,
+    calibrate: Annotated[
+        bool, typer.Option("--calibrate", help="Calibrate camera and joints while it works.")
+    ] = False,
+    calibration_out: Annotated[
+        Path | None,
+        typer.Option(help="Calibrate while it works, and write what was found to this YAML file."),
+    ] = None,
+    force: Force = False,
     config: Annotated[
         str, typer.Option(help="Preset (simulation, real_world, tuned) or YAML file.")
     ] = "tuned",
@@ -76,6 +84,9 @@ def ros(
         hand=hand or "",
         object=object or "",
         calibration=_text(calibration),
+        calibrate=calibrate,
+        calibration_out=_text(calibration_out),
+        force=force,
         config=config,
         record=_text(record),
     )

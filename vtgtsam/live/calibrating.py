@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Iterable
+from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
@@ -13,15 +14,21 @@ from ..calibration.calibration import Calibration
 from ..calibration.online import OnlineCalibration
 
 
+def instant_ns(time: float) -> int:
+    """The last nanosecond that is no later than an instant [s]: a float has no room for nanoseconds since 1970."""
+    return int(Fraction(time) * 10**9)
+
+
 def kept(online: OnlineCalibration, runs: Iterable[str], path: Path | None) -> str:
     """Write what a run has found about its robot to a file, and give a sentence about it.
 
     Args:
-        online: What calibrated.
+        online: What calibrated; no frame is to come.
         runs: What tells the run's recordings from others (``run_of``): calibrating from them again with this
             calibration as the prior would count them twice, so that they are left out.
         path: The YAML file; None: none.
     """
+    online.finish()
     found = online.calibration if online.learnt else None
     if found is None:
         nothing = "nothing was learnt of camera and joints"

@@ -9,6 +9,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from ..calibration.calibration import Calibration
+from ..calibration.sources import run_of
 from ..config import EstimatorConfig
 from ..exceptions import VtgtsamError
 from ..hands.model import HandModel
@@ -28,6 +29,10 @@ class Files:
         hold: How long a visual pose counts again [s].
         more: What else the metadata say.
         calibration: The calibration that the run is corrected with.
+
+    Attributes:
+        calibration: That of the next recording; a run that calibrates sets it.
+        runs: What tells the recordings so far from others, as ``Calibration.made_from`` has it.
     """
 
     def __init__(
@@ -41,7 +46,8 @@ class Files:
         calibration: Calibration | None = None,
     ) -> None:
         self._path = path
-        self._hand, self._calibration = hand, calibration
+        self._hand, self.calibration = hand, calibration
+        self.runs: list[str] = []
         self._mesh = None if obj.mesh is None else mesh_file(obj)
         self._metadata = {
             **object_metadata(obj),
@@ -77,10 +83,11 @@ class Files:
         """Begin another recording."""
         started = datetime.now(UTC).isoformat(timespec="seconds")
         metadata = {**self._metadata, "started": started}
+        self.runs.append(run_of(metadata))
         return RecordingWriter(
             self.next(),
             metadata,
             hand_xml=self._hand.xml,
             mesh=self._mesh,
-            calibration=self._calibration,
+            calibration=self.calibration,
         )

@@ -25,7 +25,6 @@ import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 
-from ..estimator import PoseEstimator
 from ..exceptions import LiveError
 from ..live.files import Files
 from ..live.fusion import Fused, Fusion, vision_hold
@@ -34,6 +33,7 @@ from ..live.recorder import Recorder
 from ..live.slots import PoseSlot
 from ..live.threads import Ticker, Workers
 from ..recording.topics import TfPose
+from .calibrating import Calibrating
 from .depth import DepthTracking
 from .health import (
     Condition,
@@ -91,7 +91,8 @@ class PoseNode:
         self._words = ""
         self._stack = ExitStack()
         self._clock = PublisherClock(lambda: int(node.get_clock().now().nanoseconds))
-        estimator = PoseEstimator(loaded.hand, loaded.obj, loaded.config, loaded.calibration)
+        self._calibrating = Calibrating(given, loaded)
+        estimator = self._calibrating.estimator
         self.files = _files(given, loaded, vision_hold(estimator))
         self.recorder = Recorder(None, self.files.open)
         self.inputs = Inputs(
@@ -103,6 +104,7 @@ class PoseNode:
             hand_moves="hand_pose" in loaded.map.topics.model_fields_set,
         )
         self.inputs.on_forget = self._clock.restart
+        self._calibrating.record_to(self.files, self.inputs)
         self.fusion = Fusion(
             self.inputs, estimator, self._clock.now_ns, self._publish, rate=given.rate
         )
@@ -117,6 +119,7 @@ class PoseNode:
 
     def __enter__(self) -> PoseNode:
         stack = self._stack
+        stack.callback(self._keep)  # last on the way out: nothing is fused any more then
         self._markers = stack.enter_context(Markers(self._loaded.obj, self._given.world_frame))
         stack.enter_context(self.recorder)
         self._workers = stack.enter_context(Workers())
@@ -150,8 +153,13 @@ class PoseNode:
             while not stop.is_set() and rclpy.ok():
                 executor.spin_once(timeout_sec=0.1)
                 self._workers.check()
+                self._calibrating.check(self._camera)
         finally:
             executor.shutdown()
+
+    def _keep(self) -> None:
+        if said := self._calibrating.end():
+            self._node.get_logger().info(said)
 
     def _show(self) -> None:
         if self._where is None:

@@ -28,6 +28,9 @@ class Given:
         hand: Hand instead of the map's.
         object: Object instead of the map's.
         calibration: The robot's calibration file, or "".
+        calibrate: Whether to find out more about the robot meanwhile.
+        calibration_out: File to write that to at the end, or ""; where one is given, ``calibrate`` holds.
+        force: Whether that file may be there, and is replaced.
         config: The estimator's settings: a preset's name or a file.
         record: File to record to, or "".
         rate: Frames a second, beside those that a visual pose brings forward [Hz].
@@ -41,6 +44,9 @@ class Given:
     hand: str = ""
     object: str = ""
     calibration: str = ""
+    calibrate: bool = False
+    calibration_out: str = ""
+    force: bool = False
     config: str = "tuned"
     record: str = ""
     rate: float = 30.0
@@ -97,6 +103,9 @@ def load(given: Given) -> Loaded:
             raise ConfigError(
                 f"which {what}? Say it with --{what}, in the topic map (--topics), or as parameter {what!r}"
             )
+    out = given.calibration_out
+    if out and Path(out).exists() and not given.force:
+        raise ConfigError(f"{out} is there already; give another name, or --force to replace it")
     calibration = Calibration.from_yaml(Path(given.calibration)) if given.calibration else None
     return Loaded(
         map=topic_map,

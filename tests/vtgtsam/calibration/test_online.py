@@ -87,6 +87,22 @@ def test_what_a_grasp_has_shown_stays_known_after_a_reset(recording, frames):
     assert sure[1] < sure[0]
 
 
+def test_at_the_end_the_whole_grasp_counts_and_nobody_is_told(recording, frames):
+    told = []
+    calibrating = online(recording, period=100.0, on_change=lambda *change: told.append(change))
+    for frame in frames:
+        calibrating.update(frame)
+    assert not calibrating.learnt
+    calibrating.finish()
+    assert calibrating.learnt and not told
+    before = np.diag(
+        Known.before(
+            Robot.of_hand(recording.hand), recording.hand, frames[0], None, EstimatorConfig()
+        ).belief.covariance
+    )
+    assert (np.diag(calibrating.calibration.covariance) < before).all()
+
+
 def test_a_grasp_of_something_else_changes_nothing(tmp_path):
     wrong = read_recording(
         write_grip(tmp_path / "wrong.mcap", ROBOT, seed=2, frames=150, mesh_scale=1.3)

@@ -54,7 +54,6 @@ def test_without_a_file_it_is_said_that_nothing_is_kept(online):
 def test_a_run_that_learnt_nothing_writes_nothing(recording, tmp_path):
     known = Calibration.from_yaml(_written(recording, tmp_path))
     idle = OnlineCalibration(recording.hand, recording.object, prior=known, background=False)
-    idle.update(recording.measurements()[0])
     path = tmp_path / "robot.yaml"
     said = kept(idle, [], path)
     assert said == f"nothing was learnt of camera and joints: {path} is not written"

@@ -222,9 +222,27 @@ def test_a_calibration_is_used_and_a_latched_wrist_is_enough(
     assert read_recording(path).calibrations[0].joint_zeros == zeros
 
 
+def test_a_node_that_calibrates_keeps_what_it_found_and_its_poses_can_be_replayed(
+    start_node, start_robot, listener, tmp_path
+):
+    path, kept = tmp_path / "run.mcap", tmp_path / "robot.yaml"
+    node = start_node("--calibration-out", kept, "--record", path)
+    start_robot("--seconds", "5").wait_for("played")
+    wait_until(lambda: len(listener.poses) > 90)
+    assert node.end() == 0, node.text
+    assert f"Wrote {kept}" in node.text
+    found = Calibration.from_yaml(kept)
+    recording = read_recording(path)
+    assert recording.calibrations.first is None
+    assert found.made_from == (f"run of {recording.info['started']}",)
+    assert_replay_gives_the_poses([path], listener.poses)
+
+
 @pytest.mark.parametrize(
     ("change", "sentence"),
     [
+        (("--calibrate", "--config", "simulation"), "calibrating needs settings with memory"),
+        (("--calibration-out", __file__), f"{__file__} is there already"),
         (("--hand", "nohand"), "nohand"),
         (("--record", "/no/such/run.mcap"), "there is no folder /no/such"),
         (("--bogus",), "ROS's own arguments follow --ros-args"),
