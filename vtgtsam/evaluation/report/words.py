@@ -137,8 +137,8 @@ def _sentence(test: Mapping[Any, Any], best: str) -> str:
         f"p{_SPACE}={_SPACE}{p_value(test['p'])}, after Holm's correction {p_value(test['p_holm'])}"
     )
     if test["p_holm"] >= SIGNIFICANT and won >= lost:
-        ahead = f"{best} is smaller than {other} in {won} {of_all} and larger in {lost}"
-        return f"{ahead}, which could be chance ({chance})."
+        behind = f" and larger in {lost}" if lost else ""
+        return f"{best} is smaller than {other} in {won} {of_all}{behind}, which could be chance ({chance})."
     if test["p_holm"] >= SIGNIFICANT:
         return f"Pair by pair {other} is smaller than {best} in {lost} {of_all}, which could be chance ({chance})."
     if sign * test["effect_size"] < 0:
