@@ -13,7 +13,7 @@ from ..faults import words
 from .consistency import nees
 from .keyframes import Grasp
 from .residuals import Residuals, residuals
-from .solve import ROUGH, SETTLED, Belief, Solved, solve
+from .solve import SETTLED, Belief, Solved, solve
 from .sources import none_of_use
 from .touches import Felt
 
@@ -111,7 +111,7 @@ def agreeing(
     camera_origin: np.ndarray,
     config: EstimatorConfig,
     touches: Sequence[Felt] = (),
-    rough: bool = False,
+    settled: float = SETTLED,
 ) -> Agreed:
     """The grasps left when the oddest one is taken out, and solved for again, until none is odd.
 
@@ -122,17 +122,16 @@ def agreeing(
         camera_origin: The point that the camera's twist turns about, in the world [m], shape (3,).
         config: As the estimator's that tracked the grasps.
         touches: Touches of the hand with itself.
-        rough: Whether another round follows, with poses of a calibrated robot.
+        settled: As ``solve`` takes it.
 
     Raises:
         CalibrationError: None is left.
     """
     chosen = list(grasps)
     left_out: dict[str, str] = {}
-    settled = ROUGH if rough else SETTLED
     while True:
         some = _any_of(chosen, left_out)
-        solved = solve(some, known, start, camera_origin, config, touches, settled, rough)
+        solved = solve(some, known, start, camera_origin, config, touches, settled)
         used = [used_of(grasp, n, solved, camera_origin) for n, grasp in enumerate(chosen)]
         oddest = max(range(len(used)), key=lambda n: _oddness(used[n]))
         reason = odd(used[oddest])

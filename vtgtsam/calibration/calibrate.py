@@ -22,8 +22,11 @@ from .agreement import Used, agreeing, helpful
 from .calibration import Calibration
 from .keyframes import Grasp, grasp
 from .posterior import Known, calibration_of
+from .solve import SETTLED
 from .sources import PathLike, Progress, Recordings, Source, one_robot, read_sources
 from .touches import Felt
+
+ROUGH = 0.3  # of the standard deviations believed before: the first round need not settle further
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,8 +99,8 @@ def run(
     sources, left_out = read_sources(recordings, topics, prior, tell)
     robot = one_robot(sources, prior)
     known = Known.before(robot, sources[0].recording.hand, sources[0].frames[0], prior, config)
-    first = _round("first", sources, known, prior, config, tell, touches, rough=True)
-    second = _round("second", sources, known, first.calibration, config, tell, touches)
+    first = _round("first", sources, known, prior, config, tell, touches, ROUGH)
+    second = _round("second", sources, known, first.calibration, config, tell, touches, SETTLED)
     return Calibrated(
         calibration=second.calibration,
         before=np.sqrt(np.diag(known.assumed)),
@@ -125,7 +128,7 @@ def _round(
     config: EstimatorConfig,
     tell: Progress,
     touches: Sequence[Felt],
-    rough: bool = False,
+    settled: float,
 ) -> _Round:
     """Track all recordings with a calibration, and solve for a new one."""
     grasps = []
@@ -134,7 +137,7 @@ def _round(
         tell(f"{name} round", count, len(sources))
     chosen, left_out = helpful(grasps)
     start = known.belief.mean if tracked_with is None else tracked_with.offsets
-    agreed = agreeing(chosen, known.belief, start, known.camera_origin, config, touches, rough)
+    agreed = agreeing(chosen, known.belief, start, known.camera_origin, config, touches, settled)
     names = {each.name for each in agreed.grasps}
     made_from = [source.digest for source in sources if source.name in names]
     return _Round(

@@ -21,7 +21,7 @@ from gtsam.symbol_shorthand import B, C, Q, X
 from ..config import EstimatorConfig
 from ..factors.clearance import clearance_factor
 from ..factors.jointed_pads import JointedPads
-from ..factors.noise import cauchy_of_rows, welsch_of_norm, welsch_of_rows
+from ..factors.noise import welsch_of_norm, welsch_of_rows
 from ..factors.offset_contacts import contact_factor
 from ..factors.seen_by_camera import seen_factor
 from ..sdf.search import ClosestPoints
@@ -37,14 +37,9 @@ VISION_THETA = math.log(20.0)
 CONTACTS_ALIKE = 0.5  # [s], for which errors of contacts last
 VISION_ALIKE = 1.5  # [s], and those of visual poses, or longer where a tracker says so
 
-# What a contact stands off the mesh has no one size. In simulated grasps half of the touching pads are within 0.05 mm
-# where all is known; one that touches with its rim, or an object that is not its mesh there, makes 0.3 to 1 mm.
-OFFSET = 0.00005  # [m], the usual one
-OFFSET_SCALE = 0.00005  # [m], of its Cauchy loss
-# That loss has minima of its own, so from poses that may be a millimetre off it is a Gaussian one:
-ROUGH_OFFSET = 0.00015  # [m], on average
-ROUGH_OFFSET_SIGMA = 0.0003  # [m], of one pad
-ROUGH_COMMON_SIGMA = 0.0005  # [m], of all pads together: an object that is not quite its mesh
+OFFSET = 0.00015  # [m], what a contact stands off the mesh on average
+OFFSET_SIGMA = 0.0003  # [m], of one pad
+OFFSET_COMMON_SIGMA = 0.0005  # [m], of all pads together: an object that is not quite its mesh
 
 # Fingers that move by so much, squared, move an object in them by so much [rad / rad^2], [m / rad^2].
 PUSHED_ROTATION, PUSHED_TRANSLATION = 8.0, 0.4
@@ -62,7 +57,6 @@ def add_grasp(
     grasp: Grasp,
     camera_origin: np.ndarray,
     config: EstimatorConfig,
-    rough: bool = False,
 ) -> None:
     """Put a grasp's factors into a graph, and where its own unknowns start into the values.
 
@@ -73,14 +67,13 @@ def add_grasp(
         grasp: The grasp.
         camera_origin: The point that the camera's twist turns about, in the world [m], shape (3,).
         config: Weight of a visual pose without a covariance, random walk of a held object.
-        rough: Whether the keyframes' poses are those of an uncalibrated robot.
     """
     closest = ClosestPoints(grasp.hand, grasp.obj.sdf)
     count = len(grasp.hand)
-    usual = np.full(count, ROUGH_OFFSET if rough else OFFSET)
-    noise = _rough_offsets(count) if rough else cauchy_of_rows(count, OFFSET_SCALE)
-    values.insert(B(number), usual)
-    graph.push_back(gtsam.PriorFactorVector(B(number), usual, noise))
+    values.insert(B(number), np.full(count, OFFSET))
+    graph.push_back(
+        gtsam.PriorFactorVector(B(number), np.full(count, OFFSET), _offsets_noise(count))
+    )
     touch = _repetitions(CONTACTS_ALIKE, grasp.spacing)
     seen = sum(frame.T_wo_visual is not None for frame in grasp.keyframes)
     before: Keyframe | None = None
@@ -149,8 +142,8 @@ def _clearance_noise(apart: int, n: float) -> gtsam.noiseModel.Base:
     return gtsam.noiseModel.Isotropic.Sigma(apart, math.sqrt(n) * OVERLAP_SIGMA)
 
 
-def _rough_offsets(count: int) -> gtsam.noiseModel.Base:
-    covariance = ROUGH_OFFSET_SIGMA**2 * np.eye(count) + ROUGH_COMMON_SIGMA**2
+def _offsets_noise(count: int) -> gtsam.noiseModel.Base:
+    covariance = OFFSET_SIGMA**2 * np.eye(count) + OFFSET_COMMON_SIGMA**2
     return gtsam.noiseModel.Gaussian.Covariance(covariance)
 
 

@@ -57,7 +57,7 @@ def answer_to(question: Question) -> Answer:
     reason = useless(grasp)
     if reason:
         return Answer(question.number, reason, known, {})
-    solved = solve([grasp], known, question.start, origin, question.config, rough=True)
+    solved = solve([grasp], known, question.start, origin, question.config)
     reason = odd(used_of(grasp, 0, solved, origin))
     if reason:
         return Answer(question.number, reason, known, {})

@@ -24,7 +24,6 @@ from .keyframes import Grasp
 from .touches import Felt, add_touches
 
 ITERATIONS = 20  # at most
-ROUGH = 0.3  # as SETTLED, where another round follows
 # Poses and closest points go on settling for long after the offsets have: these decide.
 SETTLED = 0.02  # of the standard deviations believed before; a shorter step is none
 STILL = 2  # such steps in a row end the solving
@@ -81,7 +80,6 @@ def solve(
     config: EstimatorConfig,
     touches: Sequence[Felt] = (),
     settled: float = SETTLED,
-    rough: bool = False,
 ) -> Solved:
     """Minimise the cost of all grasps and the prior.
 
@@ -93,7 +91,6 @@ def solve(
         config: As the estimator's that tracked the grasps.
         touches: Touches of the hand with itself.
         settled: A step of the offsets shorter than so much of the standard deviations believed before is none.
-        rough: Whether the grasps' poses are those of an uncalibrated robot.
     """
     graphs = []
     values = gtsam.Values()
@@ -103,7 +100,7 @@ def solve(
     whole.push_back(known_offsets_factor(CAMERA, ZEROS, prior.mean, prior.covariance))
     for number, grasp in enumerate(grasps):
         graph = gtsam.NonlinearFactorGraph()
-        add_grasp(graph, values, number, grasp, camera_origin, config, rough)
+        add_grasp(graph, values, number, grasp, camera_origin, config)
         whole.push_back(graph)
         graphs.append(graph)
     alone = gtsam.NonlinearFactorGraph()

@@ -45,12 +45,6 @@ def welsch_of_rows(noise: gtsam.noiseModel.Base, log_theta: float) -> gtsam.nois
     return noiseModel.Robust.Create(_welsch(log_theta, _Scheme.Scalar), noise)
 
 
-def cauchy_of_rows(count: int, scale: float) -> gtsam.noiseModel.Robust:
-    """A Cauchy loss, 1/2 log(1 + (r / scale)^2), on each of ``count`` rows: most are small, a few are any size."""
-    loss = noiseModel.mEstimator.Cauchy.Create(1.0, _Scheme.Scalar)
-    return noiseModel.Robust.Create(loss, noiseModel.Isotropic.Sigma(count, scale))
-
-
 def welsch_weight(squared_norm: np.ndarray | float, log_theta: float) -> np.ndarray:
     """How much a whitened residual still counts, in [0, 1]: rho'(e) = exp(-e / theta)."""
     weight: np.ndarray = np.exp(-squared_norm / math.exp(log_theta))

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from vtgtsam.factors.noise import (
-    cauchy_of_rows,
     distance_noise,
     pose_noise,
     welsch_of_norm,
@@ -66,15 +65,6 @@ def test_a_loss_on_each_row_is_the_papers_of_each_pad(log_theta, weight):
     assert error == pytest.approx(paper_loss(e, log_theta).sum() / 2, rel=1e-12)
     left = weights_left(noise, RESIDUAL, np.sqrt(weight) * RESIDUAL)
     np.testing.assert_allclose(left, np.exp(-e / np.exp(log_theta)), rtol=1e-9)
-
-
-def test_a_row_however_far_keeps_a_weight_and_takes_none_from_the_others():
-    noise = cauchy_of_rows(6, 0.01)
-    in_scales = RESIDUAL / 0.01
-    error = constant(noise, RESIDUAL).error(anywhere())
-    assert error == pytest.approx(np.log1p(in_scales**2).sum() / 2, rel=1e-12)
-    left = weights_left(noise, RESIDUAL, in_scales)
-    np.testing.assert_allclose(left, 1 / (1 + in_scales**2), rtol=1e-9)
 
 
 def test_rotation_comes_first():
