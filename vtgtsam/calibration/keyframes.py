@@ -23,7 +23,8 @@ from ..hands.model import HandModel
 from ..measurement import Measurement
 from ..objects import ObjectModel
 
-SPACING = 0.2  # [s], between keyframes; a recording's frames between them say much the same, and are not tracked
+TRACKED = 0.1  # [s], frames of a recording that are closer say much the same: one is tracked
+SPACING = 0.2  # [s], between keyframes
 ROUNDING = 0.002  # [s], of stamps
 BELIEVED = 0.3  # visual weight below which memory has refused a visual pose
 OFTEN = 0.25  # share of the frames
@@ -155,7 +156,7 @@ class GraspLog:
 
 
 def grasp(name: str, estimator: PoseEstimator, frames: Sequence[Measurement]) -> Grasp:
-    """Track a recording with memory, at a keyframe's rate, and keep its keyframes.
+    """Track a recording with memory, at 10 Hz at most, and keep its keyframes.
 
     Args:
         name: What to call it.
@@ -166,7 +167,7 @@ def grasp(name: str, estimator: PoseEstimator, frames: Sequence[Measurement]) ->
     log = GraspLog(estimator.hand, estimator.obj)
     last = -math.inf
     for measured in frames:
-        if measured.time >= last + SPACING - ROUNDING:
+        if measured.time >= last + TRACKED - ROUNDING:
             log.add(measured, estimator.update(measured))
             last = measured.time
     return log.grasp(name)
