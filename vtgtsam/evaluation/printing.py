@@ -43,10 +43,12 @@ _SHOWN = 3  # different notes, and different warnings
 
 _LEGEND = """\
 vis: the visual tracker alone; pen: object and hand do not overlap; tac: pads in contact touch the object;
-mem: frames hold each other up. The turn is the hand's: it brings the fingers between camera and object.
+mem: frames hold each other up.
 ADD-S: mean distance of the object's vertices at the estimate to its surface at the truth. Median and 75 %
 quartile over the sequences' medians; < 5 mm: share of frames; not held: frames in which nothing held the
 pose (no vision, or vision too far off to count, and too few pads), which are counted with their errors."""
+
+_TURN = "The turn is the hand's: it brings the fingers between camera and object."
 
 
 def tables_text(tables: Tables) -> str:
@@ -71,7 +73,8 @@ def tables_text(tables: Tables) -> str:
                 ]
             )
         )
-    blocks.append(_LEGEND if blocks else "no ADD-S to show")
+    turn = f"\n{_TURN}" if (tables.summary["phase"] == AFTER).any() else ""
+    blocks.append(_LEGEND + turn if blocks else "no ADD-S to show")
     if brief:
         blocks.append("Each object by itself is in summary.csv and in the report.")
     return "\n".join(["\n\n".join(blocks), *_notes(tables.sequences)])
