@@ -121,6 +121,8 @@ def read_bop(path: Path, text: str, scene: int | None, obj: int | None) -> PoseT
     for number, row in enumerate(rows, start=2):
         try:
             ids = (int(row["scene_id"]), int(row["obj_id"]), int(row["im_id"]))
+            if not 0 <= ids[2] < CALENDAR_NS:
+                raise ValueError(f"{row['im_id']:.30} is no image's number")
             T = np.eye(4)
             T[:3, :3] = np.array(row["R"].split(), dtype=np.float64).reshape(3, 3)
             T[:3, 3] = np.array(row["t"].split(), dtype=np.float64)
@@ -182,7 +184,10 @@ def _number(file: Path) -> int | float:
         raise RecordingError(
             f"{file} has no number in its name; expected the image's number or its stamp"
         )
-    return float(match[0]) if match[1] else int(match[0])
+    number = float(match[0]) if match[1] else int(match[0])
+    if number * (1e9 if match[1] else 1) >= LAST_NS:
+        raise RecordingError(f"{file}: the number in its name is neither an image's nor a stamp")
+    return number
 
 
 def _matrix(file: Path) -> np.ndarray:

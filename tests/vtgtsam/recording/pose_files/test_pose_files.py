@@ -166,6 +166,10 @@ def test_a_quaternion_of_zeros_is_no_pose(tmp_path):
         ("scene_id,im_id,obj_id,score,R,t,time\n", "holds no poses"),
         ("scene_id,im_id,obj_id,score,R,t,time\n1,0,1,1,1 0 0 0 1 0 0 0,0 0 0,-1\n", "line 2"),
         ("scene_id,im_id,obj_id,score,R,t,time\n1,0\n", "line 2"),
+        (
+            f"scene_id,im_id,obj_id,score,R,t,time\n1,{2**64},1,1,1 0 0 0 1 0 0 0 1,0 0 0,-1\n",
+            "line 2 .*: 18446744073709551616 is no image's number",
+        ),
     ],
 )
 def test_a_file_that_makes_no_sense_is_refused_in_one_sentence(tmp_path, content, words):
@@ -182,6 +186,10 @@ def test_a_folder_that_makes_no_sense_is_refused_in_one_sentence(tmp_path):
     mixed = foundation_pose(tmp_path / "mixed", names=("0", "1.5"))
     with pytest.raises(RecordingError, match="some files by stamps and some by numbers"):
         PoseFiles.read(mixed)
+    for name in (str(2**64), f"{2**40}.5"):
+        far = foundation_pose(tmp_path / name, names=(name,))
+        with pytest.raises(RecordingError, match="is neither an image's nor a stamp"):
+            PoseFiles.read(far)
     unnamed = foundation_pose(tmp_path / "unnamed", names=("pose",))
     with pytest.raises(RecordingError, match=r"pose.txt has no number in its name"):
         PoseFiles.read(unnamed)
