@@ -81,6 +81,19 @@ def memory(
 
 
 @app.command()
+def images(
+    recordings: Annotated[
+        list[Path], typer.Argument(help="Folders of recordings with truth.", exists=True)
+    ],
+    jobs: Annotated[int, typer.Option(min=1, help="Processes to use.")] = 2,
+) -> None:
+    """What a tracker's images are worth beside touch, and how sure it is of itself."""
+    from .images import run
+
+    run(recordings, jobs)
+
+
+@app.command()
 def faults(
     recordings: Annotated[
         list[Path], typer.Argument(help="Folders of recordings to spoil.", exists=True)

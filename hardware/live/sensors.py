@@ -17,6 +17,7 @@ from vtgtsam import Calibration
 from vtgtsam.live.clock import RunClock
 from vtgtsam.live.inputs import Inputs
 from vtgtsam.vision.depth_tracker import DepthTracker
+from vtgtsam.vision.tracker import TrackedPose
 
 from .calibrating import as_seen
 
@@ -216,23 +217,24 @@ class Vision:
             return
         if self._record:
             self._record_images(instant_ns, frame)
-        T_wo = None if self._rests else self._track(frame, joints)
-        self._rests = T_wo is None and not self._rests
-        if T_wo is None:
+        tracked = TrackedPose.lost() if self._rests else self._track(frame, joints)
+        self._rests = tracked.T_wo is None and not self._rests
+        if tracked.T_wo is None:
             self.lost += 1
         else:
-            self._inputs.put_vision(instant_ns, T_wo)
+            covariance, correlation = tracked.covariance, tracked.correlation
+            self._inputs.put_vision(instant_ns, tracked.T_wo, covariance, correlation)
         self.images += 1
         self.image_ns = instant_ns
 
-    def _track(self, frame: CameraFrame, joints: np.ndarray) -> gtsam.Pose3 | None:
+    def _track(self, frame: CameraFrame, joints: np.ndarray) -> TrackedPose:
         joints, T_wh = as_seen(self._calibration(), joints, self._T_wh)
         hint = self._hint(self._seen)
         if hint is not None:
             self._tracker.search_at(hint)
-        T_wo = self._tracker.update(frame.depth, gtsam.Pose3(), joints, T_wh).T_wo
-        self._seen = T_wo is not None
-        return T_wo
+        tracked = self._tracker.update(frame.depth, gtsam.Pose3(), joints, T_wh)
+        self._seen = tracked.T_wo is not None
+        return tracked
 
     def _record_images(self, instant_ns: int, frame: CameraFrame) -> None:
         recorder = self._inputs.recorder

@@ -12,8 +12,10 @@ from hardware.live.sensors import Vision
 from vtgtsam.live.clock import RunClock
 from vtgtsam.live.inputs import Inputs
 from vtgtsam.live.recorder import Recorder
+from vtgtsam.vision.tracker import TrackedPose
 
 POSE = gtsam.Pose3(gtsam.Rot3(), np.array([0.0, 0.0, 0.5]))
+COVARIANCE = np.diag([4e-4, 4e-4, 1e-2, 1e-6, 1e-6, 4e-6])
 
 
 class Tracker:
@@ -25,7 +27,9 @@ class Tracker:
     def update(self, depth, T_wc, joints, T_wh):
         self.asked.append(int(depth[0, 0]))
         self.joints.append(joints)
-        return SimpleNamespace(T_wo=None if self.asked[-1] in self.blind else POSE)
+        if self.asked[-1] in self.blind:
+            return TrackedPose.lost()
+        return TrackedPose(POSE, COVARIANCE, 1.0, "ok", correlation=0.7)
 
 
 def watch(tracker, count, joints_at=(0,), **given):
@@ -50,6 +54,13 @@ def test_each_image_is_tracked_with_the_joints_of_its_instant():
     assert [int(q[0]) for q in tracker.joints] == [0, 0, 15, 15]
     assert inputs.count("vision") == vision.images == 4
     assert vision.lost == 0
+
+
+def test_what_the_tracker_says_of_its_pose_goes_with_it():
+    inputs, _ = watch(Tracker(), 1)
+    (pose,) = inputs.vision.waiting(10**9)
+    np.testing.assert_allclose(pose.covariance, COVARIANCE, rtol=1e-9)
+    assert pose.correlation == 0.7
 
 
 def test_a_tracker_is_told_where_to_look_by_whether_it_saw_the_object_last():

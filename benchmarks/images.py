@@ -1,0 +1,160 @@
+# SPDX-License-Identifier: MIT
+"""What a tracker's images are worth: its poses alone, fused, and touch without any image.
+
+Without images the first visual pose, a registration, is carried by the hand and fused with touch in the same way. Where
+nothing slips in the hand that is hard to beat.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from joblib import Parallel, delayed
+
+from vtgtsam import Estimate, EstimatorConfig, Measurement
+from vtgtsam.evaluation.consistency import covered, nees
+from vtgtsam.evaluation.phases import AFTER, BEFORE
+
+from .replay import MEMORY, VIS, Replay, below, errors_mm, estimator, load
+from .replay import run as replayed
+from .report import save, table
+from .symmetries import symmetry_of
+
+REGISTERED = (0.2, 0.01)  # [rad], [m], sigma of a first pose that the hand has carried along
+TRACKER, WITHOUT = "tracker alone", "touch without images"
+INDEPENDENT, FUSED = "fused, images taken as independent", "fused"
+
+
+class Judged(NamedTuple):
+    """One method on one recording.
+
+    Attributes:
+        error_mm: Median ADD-S of the frames, by phase.
+        worst_mm: Of the worst frame.
+        nees: Mean NEES a degree of freedom, modulo symmetry, by phase.
+        inside: Share of frames inside the 95 % region, by phase.
+        seen: Share of frames with a visual pose.
+    """
+
+    error_mm: dict[str, float]
+    worst_mm: float
+    nees: dict[str, float]
+    inside: dict[str, float]
+    seen: float
+
+
+def run(folders: Sequence[Path], jobs: int) -> None:
+    """Measure, and write ``images.md`` and ``images.json``.
+
+    Args:
+        folders: Recordings.
+        jobs: Processes to use.
+    """
+    found = Parallel(jobs)(delayed(judged)(path) for path in below(folders))
+    made = rows(found)
+    words = (
+        f"{len(found)} recordings. Medians over them of each one's median ADD-S [mm] and mean NEES a degree of "
+        "freedom, before / after the turn; frames inside 95 % regions; in how many the error after the turn is "
+        "not larger than that of touch without images, and by how much it is larger at most."
+    )
+    save("images", f"{words}\n\n{table(made)}", {"rows": made}, {})
+
+
+def judged(path: Path) -> tuple[str, dict[str, Judged]]:
+    """A recording's camera, and each method on it."""
+    replay = load(path)
+    unlike = [replace(frame, visual_correlation=0.0) for frame in replay.frames]
+    tried: dict[str, tuple[EstimatorConfig, Sequence[Measurement]]] = {
+        TRACKER: (VIS, replay.frames),
+        WITHOUT: (MEMORY, carried(replay.frames)),
+        INDEPENDENT: (MEMORY, unlike),
+        FUSED: (MEMORY, replay.frames),
+    }
+    camera = str(replay.recording.info.get("camera", "unknown"))
+    return camera, {
+        name: judge(replay, replayed(estimator(replay, config), frames))
+        for name, (config, frames) in tried.items()
+    }
+
+
+def carried(frames: Sequence[Measurement]) -> list[Measurement]:
+    """The frames with the first visual pose in each, carried along by the hand.
+
+    Raises:
+        ValueError: The first frame has none.
+    """
+    first = frames[0]
+    if first.T_wo_visual is None or first.T_wh is None:
+        raise ValueError("the first frame must have a visual pose and the hand's")
+    T_ho = first.T_wh.between(first.T_wo_visual)
+    return [
+        replace(
+            frame,
+            T_wo_visual=frame.T_wh.compose(T_ho),
+            visual_sigma=REGISTERED,
+            visual_covariance=None,
+            visual_time=None,
+            visual_correlation=0.0,
+        )
+        for frame in frames
+    ]
+
+
+def judge(replay: Replay, estimates: Sequence[Estimate]) -> Judged:
+    """How far estimates are from the truth, and how far they say they are."""
+    errors = errors_mm(replay.adds, estimates, replay.truths)
+    there = [n for n, estimate in enumerate(estimates) if estimate.T_wo is not None]
+    values, dof = nees(
+        [estimates[n].T_wo for n in there],
+        np.array([estimates[n].covariance for n in there]),
+        [replay.truths[n] for n in there],
+        symmetry_of(replay.recording.object),
+    )
+    known = np.isfinite(values)
+    inside, phases = covered(values, dof, 0.95), replay.phases[there]
+    of = {phase: known & (phases == phase) for phase in (BEFORE, AFTER)}
+    return Judged(
+        {phase: float(np.median(errors[replay.phases == phase])) for phase in of},
+        float(errors.max()),
+        {phase: float(values[chosen].mean()) for phase, chosen in of.items()},
+        {phase: float(inside[chosen].mean()) for phase, chosen in of.items()},
+        float(np.mean([frame.T_wo_visual is not None for frame in replay.frames])),
+    )
+
+
+def rows(found: Sequence[tuple[str, dict[str, Judged]]]) -> list[dict[str, Any]]:
+    """A row a camera and method."""
+    made = []
+    for camera in sorted({camera for camera, _ in found}):
+        of_camera = [methods for its, methods in found if its == camera]
+        for name in (TRACKER, WITHOUT, INDEPENDENT, FUSED):
+            results = [methods[name] for methods in of_camera]
+            loss = np.array(
+                [m[name].error_mm[AFTER] - m[WITHOUT].error_mm[AFTER] for m in of_camera]
+            )
+            made.append(
+                {
+                    "camera": camera,
+                    "method": name,
+                    "n": len(results),
+                    "seen [%]": 1e2 * min(r.seen for r in results),
+                    "ADD-S": _both([r.error_mm for r in results], 1.0, ".2f"),
+                    "worst frame": max(r.worst_mm for r in results),
+                    "NEES": _both([r.nees for r in results], 1.0, ".2f"),
+                    "inside 95 % [%]": _both([r.inside for r in results], 1e2, ".0f"),
+                    "not worse": int((loss <= 0.0).sum()),
+                    "worse by": float(loss.max()),
+                }
+            )
+    return made
+
+
+def _both(values: Sequence[dict[str, float]], factor: float, form: str) -> str:
+    return " / ".join(
+        format(factor * float(np.median([v[phase] for v in values])), form)
+        for phase in (BEFORE, AFTER)
+    )
