@@ -55,17 +55,18 @@ def run(folders: Sequence[Path], jobs: int) -> None:
         jobs: Processes to use.
     """
     found = Parallel(jobs)(delayed(judged)(path) for path in below(folders))
-    made = rows(found)
+    made, each = rows(found), recordings(found)
     words = (
         f"{len(found)} recordings. Medians over them of each one's median ADD-S [mm] and mean NEES a degree of "
         "freedom, before / after the turn; frames inside 95 % regions; in how many the error after the turn is "
         "not larger than that of touch without images, and by how much it is larger at most."
     )
-    save("images", f"{words}\n\n{table(made)}", {"rows": made}, {})
+    text = f"{words}\n\n{table(made)}\n\nMedian ADD-S after the turn [mm]:\n\n{table(each)}"
+    save("images", text, {"rows": made, "recordings": each}, {})
 
 
-def judged(path: Path) -> tuple[str, dict[str, Judged]]:
-    """A recording's camera, and each method on it."""
+def judged(path: Path) -> tuple[str, str, dict[str, Judged]]:
+    """A recording's name and camera, and each method on it."""
     replay = load(path)
     unlike = [replace(frame, visual_correlation=0.0) for frame in replay.frames]
     tried: dict[str, tuple[EstimatorConfig, Sequence[Measurement]]] = {
@@ -75,10 +76,14 @@ def judged(path: Path) -> tuple[str, dict[str, Judged]]:
         FUSED: (MEMORY, replay.frames),
     }
     camera = str(replay.recording.info.get("camera", "unknown"))
-    return camera, {
-        name: judge(replay, replayed(estimator(replay, config), frames))
-        for name, (config, frames) in tried.items()
-    }
+    return (
+        path.stem,
+        camera,
+        {
+            name: judge(replay, replayed(estimator(replay, config), frames))
+            for name, (config, frames) in tried.items()
+        },
+    )
 
 
 def carried(frames: Sequence[Measurement]) -> list[Measurement]:
@@ -120,17 +125,31 @@ def judge(replay: Replay, estimates: Sequence[Estimate]) -> Judged:
     return Judged(
         {phase: float(np.median(errors[replay.phases == phase])) for phase in of},
         float(errors.max()),
-        {phase: float(values[chosen].mean()) for phase, chosen in of.items()},
-        {phase: float(inside[chosen].mean()) for phase, chosen in of.items()},
+        {phase: _mean(values[chosen]) for phase, chosen in of.items()},
+        {phase: _mean(inside[chosen]) for phase, chosen in of.items()},
         float(np.mean([frame.T_wo_visual is not None for frame in replay.frames])),
     )
 
 
-def rows(found: Sequence[tuple[str, dict[str, Judged]]]) -> list[dict[str, Any]]:
+def _mean(values: np.ndarray) -> float:
+    """NaN where there is none: the tracker had no pose in the phase."""
+    return float(values.mean()) if len(values) else float("nan")
+
+
+def recordings(found: Sequence[tuple[str, str, dict[str, Judged]]]) -> list[dict[str, Any]]:
+    """A row a recording: the error after the turn of each method."""
+    return [
+        {"recording": name, "camera": camera, "seen [%]": 1e2 * methods[TRACKER].seen}
+        | {method: judged.error_mm[AFTER] for method, judged in methods.items()}
+        for name, camera, methods in found
+    ]
+
+
+def rows(found: Sequence[tuple[str, str, dict[str, Judged]]]) -> list[dict[str, Any]]:
     """A row a camera and method."""
     made = []
-    for camera in sorted({camera for camera, _ in found}):
-        of_camera = [methods for its, methods in found if its == camera]
+    for camera in sorted({camera for _, camera, _ in found}):
+        of_camera = [methods for _, its, methods in found if its == camera]
         for name in (TRACKER, WITHOUT, INDEPENDENT, FUSED):
             results = [methods[name] for methods in of_camera]
             loss = np.array(
@@ -155,6 +174,6 @@ def rows(found: Sequence[tuple[str, dict[str, Judged]]]) -> list[dict[str, Any]]
 
 def _both(values: Sequence[dict[str, float]], factor: float, form: str) -> str:
     return " / ".join(
-        format(factor * float(np.median([v[phase] for v in values])), form)
+        format(factor * float(np.nanmedian([v[phase] for v in values])), form)
         for phase in (BEFORE, AFTER)
     )

@@ -5,7 +5,16 @@ import numpy as np
 import pytest
 from held_box import write_grasp
 
-from benchmarks.images import FUSED, INDEPENDENT, TRACKER, WITHOUT, carried, judged, rows
+from benchmarks.images import (
+    FUSED,
+    INDEPENDENT,
+    TRACKER,
+    WITHOUT,
+    carried,
+    judged,
+    recordings,
+    rows,
+)
 from benchmarks.replay import load
 from vtgtsam.evaluation.phases import AFTER, BEFORE
 
@@ -25,14 +34,17 @@ def test_without_images_the_first_pose_goes_with_the_hand(path):
 
 
 def test_each_method_has_a_row_with_its_errors(path):
-    camera, methods = judged(path)
+    name, camera, methods = judged(path)
+    assert name == "grasp"
     assert set(methods) == {TRACKER, WITHOUT, INDEPENDENT, FUSED}
     worse = methods[FUSED]._replace(error_mm={BEFORE: 1.0, AFTER: 9.0})
     better = methods[FUSED]._replace(error_mm={BEFORE: 1.0, AFTER: 1.0})
     control = methods[WITHOUT]._replace(error_mm={BEFORE: 2.0, AFTER: 2.0})
     found = [
-        (camera, methods | {FUSED: fused, WITHOUT: control}) for fused in (worse, better, better)
+        (name, camera, methods | {FUSED: fused, WITHOUT: control})
+        for fused in (worse, better, better)
     ]
+    assert [row[FUSED] for row in recordings(found)] == [9.0, 1.0, 1.0]
     (row,) = [row for row in rows(found) if row["method"] == FUSED]
     assert (row["n"], row["not worse"], row["worse by"]) == (3, 2, 7.0)
     assert row["ADD-S"] == "1.00 / 1.00"
