@@ -35,7 +35,8 @@ _METRICS = {"sequence", "method", "time_rel", "adds_m", "status"}
 _PAGE = "<title>Evaluation of object poses</title>"
 _TUM = "# time x y z qx qy qz qw\n"
 _FIGURE = re.compile(
-    r".+_(methods|time|noise_\w+|objects|objects_time|contacts|coverage|pose_errors|worst_\d+)\.png", re.DOTALL
+    r".+_(methods|time|noise_\w+|objects|objects_time|contacts|coverage|pose_errors|worst_\d+)\.png",
+    re.DOTALL,
 )
 _RESOLUTION = b"pHYs" + 2 * (7874).to_bytes(4, "big") + b"\x01"  # 200 dpi in dots a metre
 _HEAD = 4096  # [bytes]
