@@ -2,8 +2,8 @@
 """The last half second of frames: where a visual pose that comes late is fused, at its own instant.
 
 An image is taken, sent and tracked before its pose arrives, and the hand has moved since. The frame of the image's
-instant is solved again with the pose in it, from what was believed before it, and so are all frames after it, which
-their hands' factors stay linearized while they move little (``relinearize``).
+instant is solved again with the pose in it, from what was believed before it, and so are all frames after it. Their
+hands' factors stay linearized while they move little (``relinearize``).
 """
 
 from __future__ import annotations

@@ -18,7 +18,6 @@ import math
 from collections.abc import Callable
 
 import gtsam
-from gtsam.symbol_shorthand import X
 
 from .config import EstimatorConfig
 from .covariance import LEVER
@@ -30,11 +29,10 @@ from .knowledge import vision_information
 from .memory import Belief, expectation, may_take_over, refused_since, seen_at
 from .offsets import CalibrationPrior
 from .optimize import optimize
+from .solver import OBJECT
 from .status import visual_weight
 
 NEAR = 5e-4  # [m], a radian counted as ``LEVER``: so far from where they were linearized factors count as linear
-OBJECT = X(0)  # key of T_ho
-
 
 # Linearizes a frame's hand at a pose.
 Linearize = Callable[[Frame, gtsam.Pose3, CalibrationPrior], LinearizedHand]
