@@ -16,13 +16,11 @@ import numpy as np
 from joblib import Parallel, delayed
 
 from vtgtsam import Estimate, EstimatorConfig, Measurement
-from vtgtsam.evaluation.consistency import covered, nees
 from vtgtsam.evaluation.phases import AFTER, BEFORE
 
-from .replay import MEMORY, VIS, Replay, below, errors_mm, estimator, load
+from .replay import MEMORY, VIS, Replay, below, consistency, errors_mm, estimator, load
 from .replay import run as replayed
 from .report import save, table
-from .symmetries import symmetry_of
 
 REGISTERED = (0.2, 0.01)  # [rad], [m], sigma of a first pose that the hand has carried along
 TRACKER, WITHOUT = "tracker alone", "touch without images"
@@ -112,21 +110,13 @@ def carried(frames: Sequence[Measurement]) -> list[Measurement]:
 def judge(replay: Replay, estimates: Sequence[Estimate]) -> Judged:
     """How far estimates are from the truth, and how far they say they are."""
     errors = errors_mm(replay.adds, estimates, replay.truths)
-    there = [n for n, estimate in enumerate(estimates) if estimate.T_wo is not None]
-    values, dof = nees(
-        [estimates[n].T_wo for n in there],
-        np.array([estimates[n].covariance for n in there]),
-        [replay.truths[n] for n in there],
-        symmetry_of(replay.recording.object),
-    )
-    known = np.isfinite(values)
-    inside, phases = covered(values, dof, 0.95), replay.phases[there]
-    of = {phase: known & (phases == phase) for phase in (BEFORE, AFTER)}
+    said = consistency(replay, estimates)
+    of = {phase: said.of(phase) for phase in (BEFORE, AFTER)}
     return Judged(
         {phase: float(np.median(errors[replay.phases == phase])) for phase in of},
         float(errors.max()),
-        {phase: _mean(values[chosen]) for phase, chosen in of.items()},
-        {phase: _mean(inside[chosen]) for phase, chosen in of.items()},
+        {phase: _mean(said.values[chosen]) for phase, chosen in of.items()},
+        {phase: _mean(said.inside[chosen]) for phase, chosen in of.items()},
         float(np.mean([frame.T_wo_visual is not None for frame in replay.frames])),
     )
 

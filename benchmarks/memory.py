@@ -15,14 +15,12 @@ import numpy as np
 from joblib import Parallel, delayed
 
 from vtgtsam import Estimate, EstimatorConfig
-from vtgtsam.evaluation.consistency import covered, nees
 from vtgtsam.evaluation.phases import AFTER, BEFORE
 
 from .disturbances import CASES
-from .replay import FRAME_ALONE, MEMORY, VIS, Replay, below, errors_mm, estimator, load
+from .replay import FRAME_ALONE, MEMORY, VIS, Replay, below, consistency, errors_mm, estimator, load
 from .replay import run as replayed
 from .report import save, table
-from .symmetries import symmetry_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -84,19 +82,12 @@ def by_phase(path: Path) -> tuple[Errors, Consistency]:
 
 
 def _consistency(replay: Replay, expected: str, estimates: Sequence[Estimate]) -> Consistency:
-    there = [n for n, estimate in enumerate(estimates) if estimate.T_wo is not None]
-    values, dof = nees(
-        [estimates[n].T_wo for n in there],
-        np.array([estimates[n].covariance for n in there]),
-        [replay.truths[n] for n in there],
-        symmetry_of(replay.recording.object),
-    )
-    inside, phases, found = covered(values, dof, 0.95), replay.phases[there], {}
+    judged, found = consistency(replay, estimates), {}
     for phase in (BEFORE, AFTER):
-        chosen = (phases == phase) & np.isfinite(values)
+        chosen = judged.of(phase)
         if chosen.any():
             key = replay.condition, phase, expected
-            found[key] = float(values[chosen].mean()), float(inside[chosen].mean())
+            found[key] = float(judged.values[chosen].mean()), float(judged.inside[chosen].mean())
     return found
 
 

@@ -12,11 +12,14 @@ import gtsam
 import numpy as np
 
 from vtgtsam import Estimate, EstimatorConfig, Measurement, PoseEstimator, read_recording
+from vtgtsam.evaluation.consistency import covered, nees
 from vtgtsam.evaluation.find import find_recordings
 from vtgtsam.evaluation.phases import turn_phases
 from vtgtsam.metrics import Adds
 from vtgtsam.recording import Recording
 from vtgtsam.recording.frames import evaluation_frames
+
+from .symmetries import symmetry_of
 
 VIS = EstimatorConfig.tuned(method="vis")
 FRAME_ALONE = EstimatorConfig.tuned(method="vis+tac+pen")
@@ -87,6 +90,36 @@ def copied(of: PoseEstimator) -> PoseEstimator:
 def run(of: PoseEstimator, frames: Sequence[Measurement]) -> list[Estimate]:
     """Its estimates."""
     return [of.update(frame) for frame in frames]
+
+
+class Consistency(NamedTuple):
+    """How far estimates say they are from the truth, modulo symmetry.
+
+    Attributes:
+        values: NEES a degree of freedom of the frames that have an estimate; NaN where nothing is finite.
+        inside: Whether the 95 % region holds the truth.
+        phases: The phases of these frames.
+    """
+
+    values: np.ndarray
+    inside: np.ndarray
+    phases: np.ndarray
+
+    def of(self, phase: str) -> np.ndarray:
+        """Which frames of a phase have a NEES."""
+        return (self.phases == phase) & np.isfinite(self.values)
+
+
+def consistency(replay: Replay, estimates: Sequence[Estimate]) -> Consistency:
+    """Judge the covariances of estimates, one a frame of the replay."""
+    there = [n for n, estimate in enumerate(estimates) if estimate.T_wo is not None]
+    values, dof = nees(
+        [estimates[n].T_wo for n in there],
+        np.array([estimates[n].covariance for n in there]),
+        [replay.truths[n] for n in there],
+        symmetry_of(replay.recording.object),
+    )
+    return Consistency(values, covered(values, dof, 0.95), replay.phases[there])
 
 
 def errors_mm(
