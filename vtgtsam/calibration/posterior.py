@@ -16,6 +16,7 @@ from .calibration import Calibration
 from .directions import unseen
 from .keyframes import Grasp
 from .robot import Robot
+from .size import mean_over_sizes
 from .solve import Belief
 
 
@@ -28,6 +29,7 @@ class Known(NamedTuple):
         belief: Of the offsets.
         assumed: What is believed of any robot's offsets, a covariance (6 + J, 6 + J).
         made_from: Digests of the recordings that it comes from.
+        afresh: Whether no more was known than of any robot, so that how far off this one is at all is open.
     """
 
     robot: Robot
@@ -35,6 +37,7 @@ class Known(NamedTuple):
     belief: Belief
     assumed: np.ndarray
     made_from: tuple[str, ...] = ()
+    afresh: bool = False
 
     @classmethod
     def before(
@@ -59,7 +62,8 @@ class Known(NamedTuple):
             belief = Belief(prior.offsets, prior.covariance)
             return cls(robot, prior.camera_origin, belief, assumed, prior.made_from)
         origin = np.zeros(3) if first.T_wh is None else first.T_wh.translation()
-        return cls(robot, origin, Belief(np.zeros(len(assumed)), assumed), assumed)
+        none = Belief(np.zeros(len(assumed)), assumed)
+        return cls(robot, origin, none, assumed, afresh=True)
 
 
 def calibration_of(
@@ -74,6 +78,8 @@ def calibration_of(
         made_from: Digests of their recordings.
     """
     mean, covariance = belief
+    if known.afresh:
+        mean = mean_over_sizes(mean, covariance, known.assumed)
     touches = np.sum([frame.touching for each in grasps for frame in each.keyframes], axis=0)
     names = known.robot.joint_names
     return Calibration(
