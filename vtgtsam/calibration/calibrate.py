@@ -20,13 +20,15 @@ from ..estimator import PoseEstimator
 from ..recording import TopicMap, load_topics
 from .agreement import Used, agreeing, helpful
 from .calibration import Calibration
-from .keyframes import Grasp, grasp
+from .keyframes import Grasp, grasp, thinned
 from .posterior import Known, calibration_of
 from .solve import SETTLED
 from .sources import PathLike, Progress, Recordings, Source, one_robot, read_sources
 from .touches import Felt
 
-ROUGH = 0.3  # of the standard deviations believed before: the first round need not settle further
+# The first round only says where the second one tracks and starts:
+ROUGH = 0.3  # of the standard deviations believed before, and it need not settle further
+ROUGH_KEYFRAMES = 2  # of which one is used
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,8 +101,8 @@ def run(
     sources, left_out = read_sources(recordings, topics, prior, tell)
     robot = one_robot(sources, prior)
     known = Known.before(robot, sources[0].recording.hand, sources[0].frames[0], prior, config)
-    first = _round("first", sources, known, prior, config, tell, touches, ROUGH)
-    second = _round("second", sources, known, first.calibration, config, tell, touches, SETTLED)
+    first = _round("first", sources, known, prior, config, tell, touches, ROUGH, ROUGH_KEYFRAMES)
+    second = _round("second", sources, known, first.calibration, config, tell, touches)
     return Calibrated(
         calibration=second.calibration,
         before=np.sqrt(np.diag(known.assumed)),
@@ -128,16 +130,18 @@ def _round(
     config: EstimatorConfig,
     tell: Progress,
     touches: Sequence[Felt],
-    settled: float,
+    settled: float = SETTLED,
+    every: int = 1,
 ) -> _Round:
-    """Track all recordings with a calibration, and solve for a new one."""
+    """Track all recordings with a calibration, and solve for a new one from some of the keyframes."""
     grasps = []
     for count, source in enumerate(sources, 1):
         grasps.append(_tracked(source, config, tracked_with))
         tell(f"{name} round", count, len(sources))
     chosen, left_out = helpful(grasps)
     start = known.belief.mean if tracked_with is None else tracked_with.offsets
-    agreed = agreeing(chosen, known.belief, start, known.camera_origin, config, touches, settled)
+    some = [thinned(each, every) for each in chosen]
+    agreed = agreeing(some, known.belief, start, known.camera_origin, config, touches, settled)
     names = {each.name for each in agreed.grasps}
     made_from = [source.digest for source in sources if source.name in names]
     return _Round(

@@ -35,7 +35,7 @@ OVERLAP_SIGMA = 0.0003  # [m], and inside it
 CONTACT_THETA = math.log(20.0)  # log of the Welsch loss's theta: 4.5 sigmas
 VISION_THETA = math.log(20.0)
 CONTACTS_ALIKE = 0.5  # [s], for which errors of contacts last
-VISION_ALIKE = 1.5  # [s], and those of visual poses, or longer where a tracker says so
+VISION_ALIKE = 0.75  # [s], and those of visual poses, or longer where a tracker says so
 
 OFFSET = 0.00015  # [m], what a contact stands off the mesh on average
 OFFSET_SIGMA = 0.0003  # [m], of one pad

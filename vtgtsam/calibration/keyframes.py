@@ -24,7 +24,7 @@ from ..measurement import Measurement
 from ..objects import ObjectModel
 
 TRACKED = 0.1  # [s], frames of a recording that are closer say much the same: one is tracked
-SPACING = 0.2  # [s], between keyframes
+SPACING = 0.3  # [s], between keyframes
 ROUNDING = 0.002  # [s], of stamps
 BELIEVED = 0.3  # visual weight below which memory has refused a visual pose
 OFTEN = 0.25  # share of the frames
@@ -171,6 +171,11 @@ def grasp(name: str, estimator: PoseEstimator, frames: Sequence[Measurement]) ->
             log.add(measured, estimator.update(measured))
             last = measured.time
     return log.grasp(name)
+
+
+def thinned(grasp: Grasp, every: int) -> Grasp:
+    """A grasp of which every so manieth keyframe is kept: what it says roughly, in a fraction of the time."""
+    return grasp._replace(keyframes=grasp.keyframes[::every], spacing=every * grasp.spacing)
 
 
 def _keyframe(frame: Frame, T_wo: gtsam.Pose3, believed: bool) -> Keyframe:

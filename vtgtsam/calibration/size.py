@@ -18,8 +18,8 @@ import numpy as np
 
 from ..offsets import CAMERA
 
-# Of the standard deviations that are assumed of any robot, and how often: robots that are off as assumed lose nothing by
-# the others (0.61 mm of error left with and without), which are left with 0.1 to 0.4 mm instead of 0.45.
+# Of the standard deviations assumed of any robot, and how often: robots that are off as assumed lose nothing by the
+# others (0.61 mm of error left with and without), which are left with 0.1 to 0.4 mm instead of 0.45.
 SHARES = {1.0: 10.0, 0.3: 1.0, 0.1: 1.0}
 
 

@@ -25,7 +25,7 @@ from .touches import Felt, add_touches
 
 ITERATIONS = 20  # at most
 # Poses and closest points go on settling for long after the offsets have: these decide.
-SETTLED = 0.02  # of the standard deviations believed before; a shorter step is none
+SETTLED = 0.06  # of the standard deviations believed before; a shorter step is none
 STILL = 2  # such steps in a row end the solving
 DONE = 1e-4  # relative decrease of the cost that is none
 

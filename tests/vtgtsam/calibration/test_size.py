@@ -11,11 +11,10 @@ SIGMAS = np.repeat([0.01, 0.001, 0.02], [3, 3, 12])
 ASSUMED = np.diag(SIGMAS**2)
 
 
-def believed(rng, camera, joints, seen=SIZE):
+def believed(rng, camera, joints):
     """True offsets of a robot off by these shares of what is assumed, and mean and covariance after its grasps."""
     true = SIGMAS * np.repeat([camera, joints], [6, 12]) * rng.choice([-1.0, 1.0], SIZE)
     A = rng.normal(size=(60, SIZE)) / SIGMAS
-    A[:, seen:] = 0.0
     y = A @ true + rng.normal(size=60)
     covariance = np.linalg.inv(np.linalg.inv(ASSUMED) + A.T @ A)
     return true, covariance @ A.T @ y, covariance
