@@ -13,6 +13,8 @@ import yaml
 from .. import limits
 from ..exceptions import VtgtsamError
 
+_LARGEST_INTEGER = 10**300  # a floating-point number ends at 1.8e308
+
 
 def read_bytes(
     path: Path, limit: float, error: type[VtgtsamError] = VtgtsamError, what: str = ""
@@ -55,7 +57,7 @@ def parse_yaml(content: bytes | str, name: str, error: type[VtgtsamError] = Vtgt
     """As ``read_yaml``, of a text that is called ``name`` in messages."""
     try:
         _check_events(content, name, error)
-        return yaml.safe_load(content)
+        return yaml.load(content, Loader=_Loader)
     except VtgtsamError:
         raise
     except Exception as problem:  # yaml's constructors raise anything: KeyError, TypeError, ...
@@ -70,11 +72,32 @@ def parse_json(content: bytes | str, name: str, error: type[VtgtsamError] = Vtgt
     """
     limits.check(len(content), limits.TEXT_BYTES, f"characters in {name}", error)
     try:
-        return json.loads(content)
+        return json.loads(content, parse_int=_integer)
     except RecursionError:
         raise error(f"{name} is not usable JSON: it is nested too deeply") from None
     except ValueError as problem:
         raise error(f"{name} is not valid JSON: {_one_line(problem)}") from None
+
+
+class _Loader(yaml.SafeLoader):
+    """Plain YAML whose integers are numbers that one can compute with."""
+
+    def construct_integer(self, node: yaml.ScalarNode) -> int:
+        """An integer, no larger than a floating-point number can be."""
+        return _checked(int(self.construct_yaml_int(node)))
+
+
+_Loader.add_constructor("tag:yaml.org,2002:int", _Loader.construct_integer)
+
+
+def _integer(text: str) -> int:
+    return _checked(int(text))
+
+
+def _checked(number: int) -> int:
+    if abs(number) > _LARGEST_INTEGER:
+        raise ValueError("it has an integer beyond 1e300, which is no number to compute with")
+    return number
 
 
 def _check_events(content: bytes | str, name: str, error: type[VtgtsamError]) -> None:

@@ -12,8 +12,8 @@ BOMB = "a: &a [x, x, x, x, x, x, x, x, x, x]\n" + "".join(
 
 
 def test_plain_content_comes_back():
-    content = parse_yaml("a: [1, 2.5, yes, text]\nb: &x {c: null}\nd: *x", "it")
-    assert content == {"a": [1, 2.5, True, "text"], "b": {"c": None}, "d": {"c": None}}
+    content = parse_yaml("a: [1, 0x10, 2.5, yes, text]\nb: &x {c: null}\nd: *x", "it")
+    assert content == {"a": [1, 16, 2.5, True, "text"], "b": {"c": None}, "d": {"c": None}}
 
 
 @pytest.mark.parametrize(
@@ -23,6 +23,8 @@ def test_plain_content_comes_back():
         "{a: " * 10_000,
         BOMB,
         "a: " + "9" * 10_000,
+        "a: " + "9" * 400,
+        "a: -0x" + "f" * 300,
         "a: !!python/object/apply:os.system [ls]",
         "a: *unknown",
         "? [a]\n: b",
@@ -52,7 +54,9 @@ def test_a_pipe_is_refused_instead_of_waited_for(tmp_path):
         read_yaml(tmp_path / "pipe.yaml", ConfigError)
 
 
-@pytest.mark.parametrize("text", ["[" * 100_000, "9" * 10_000, "{", "NaN?", '"\ud800"}'])
+@pytest.mark.parametrize(
+    "text", ["[" * 100_000, "9" * 10_000, "-" + "9" * 400, "{", "NaN?", '"\ud800"}']
+)
 def test_json_that_is_none_is_one_sentence(text):
     with pytest.raises(ConfigError, match="^the symmetry "):
         parse_json(text, "the symmetry", ConfigError)
