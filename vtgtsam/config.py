@@ -80,6 +80,7 @@ class Settings(TypedDict, total=False):
     held_speed: float
     refused_weight: float
     restart_after: float
+    offsets_correlation: float
 
 
 class EstimatorConfig(BaseModel):
@@ -180,6 +181,10 @@ class EstimatorConfig(BaseModel):
     )
     restart_after: NotNegative = Field(
         default=0.5, description="for how long vision is refused before it may take over again [s]"
+    )
+    offsets_correlation: NotNegative = Field(
+        default=3.0,
+        description="for how long pads err alike by the robot's offsets, beside images that err alike [s]",
     )
 
     @classmethod

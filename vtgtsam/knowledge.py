@@ -43,6 +43,14 @@ class FrameInformation(NamedTuple):
     pull: np.ndarray
     noise: np.ndarray
 
+    @property
+    def offsets_share(self) -> float:
+        """Mean share of the variances S^-1 that the offsets make, in [0, 1]; 0 where nothing is said."""
+        inverse = known_inverse(self.information)
+        known = np.trace(inverse @ self.information)
+        made = np.trace(inverse @ (self.information - self.noise))
+        return float(made / known) if known > 0.0 else 0.0
+
     def plus(self, other: FrameInformation) -> FrameInformation:
         """Both together; they have no offset in common."""
         return FrameInformation(*(mine + its for mine, its in zip(self, other, strict=True)))

@@ -17,6 +17,14 @@ after the motion, 1 of an object that does not move, 0 of one that moves far. It
 (Of errors with autocorrelation exp(-t / tau'), N images in a long time T are worth T / (2 tau') independent ones;
 Bayley and Hammersley, "The Effective Number of Independent Observations in an Autocorrelated Time Series", 1946. So
 tau = 2 tau', the integral of the autocorrelation.)
+
+What a robot believes wrongly of itself stays as well, and with it the pads' errors, by the share r of them that it
+makes (``FrameInformation.offsets_share``). Beside images that err alike a frame's pads are not to count as often as if
+each frame were news, so with tau_r = ``offsets_correlation`` the frame counts as one of
+
+    n' = max(n, min(m, 1 + (tau_r / dt - 1) s r)),
+
+but of no more than images do: a tracker that has settled beside the object must not win for being seen often.
 """
 
 from __future__ import annotations
@@ -42,6 +50,7 @@ class Belief(NamedTuple):
         knowledge: How sure that is; None where nothing is remembered but the pose.
         refused_since: Instant [s] from which on vision has been refused; None where it is believed.
         seen_at: Instant of the last visual pose [s]; None where there has been none.
+        offsets_share: By which share what the hand said is as uncertain as it is because of the robot's offsets.
     """
 
     time: float
@@ -49,6 +58,7 @@ class Belief(NamedTuple):
     knowledge: Knowledge | None = None
     refused_since: float | None = None
     seen_at: float | None = None
+    offsets_share: float = 0.0
 
 
 class Expectation(NamedTuple):
@@ -91,18 +101,31 @@ def expectation(
     information = before.knowledge.information
     if dt > 0.0:
         information = widened(information, spread)
-    n = repetitions(settings.correlation, dt)
-    alike = images_alike(before, frame, spread) / n
-    return Expectation(before.T_ho, before.knowledge, spread, information, n, max(1.0, alike))
+    n, m = repetitions(settings.correlation, dt), images_alike(before, frame, spread)
+    if m > n:
+        n = max(n, min(m, pads_alike(before, dt, spread, config)))
+    return Expectation(before.T_ho, before.knowledge, spread, information, n, max(1.0, m / n))
 
 
 def images_alike(before: Belief, frame: Frame, spread: np.ndarray) -> float:
-    """As one of how many images that err alike a frame's visual pose counts; see above."""
-    if frame.visual_correlation == 0.0 or before.seen_at is None or before.knowledge is None:
+    """m: as one of how many images that err alike a frame's visual pose counts; see above."""
+    if frame.visual_correlation == 0.0 or before.seen_at is None:
         return 1.0
     alike = repetitions(frame.visual_correlation, frame.time - before.seen_at)
-    left = np.trace(np.linalg.inv(np.eye(6) + spread @ before.knowledge.information)) / 6.0
-    return 1.0 + (alike - 1.0) * float(left)
+    return 1.0 + (alike - 1.0) * _left(before, spread)
+
+
+def pads_alike(before: Belief, dt: float, spread: np.ndarray, config: EstimatorConfig) -> float:
+    """As one of how many frames whose pads err alike a frame counts dt [s] after the one before; see above."""
+    alike = repetitions(config.offsets_correlation, dt)
+    return 1.0 + (alike - 1.0) * _left(before, spread) * before.offsets_share
+
+
+def _left(before: Belief, spread: np.ndarray) -> float:
+    """s: the mean share of what was known before that the motion since has left."""
+    assert before.knowledge is not None
+    inverse = np.linalg.inv(np.eye(6) + spread @ before.knowledge.information)
+    return float(np.trace(inverse)) / 6.0
 
 
 def refused_since(

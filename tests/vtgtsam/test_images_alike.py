@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from lump_grasp import PERIOD, SEEN, errors, grasp, run
 
-from vtgtsam import Measurement
+from vtgtsam import EstimatorConfig, Measurement
 from vtgtsam.frame import check
 from vtgtsam.hands.pads import Pad, PadSet
-from vtgtsam.knowledge import Knowledge
-from vtgtsam.memory import Belief, images_alike
+from vtgtsam.knowledge import FrameInformation, Knowledge
+from vtgtsam.memory import Belief, expectation, images_alike
 
 LASTING = 20.0  # [s]
 NO_TOUCH = {"w_tac": 1e2, "w_pen": 1e2}  # 10 cm: it is vision that tells
@@ -104,6 +104,31 @@ def test_how_many_images_one_counts_as():
     never = believed(1e-3, None)
     assert images_alike(never, frame, at_rest) == 1.0
     assert images_alike(now, frame_with(0.0), at_rest) == 1.0
+
+
+@pytest.mark.parametrize("known", [6, 3, 0])
+def test_the_share_that_offsets_make_is_that_of_what_is_said(known):
+    information = np.diag([1e4] * known + [0.0] * (6 - known))
+    says = FrameInformation(information, np.zeros(6), np.zeros((6, 6)), 0.75 * information)
+    assert says.offsets_share == pytest.approx(0.25 if known else 0.0)
+
+
+@pytest.mark.parametrize(
+    ("share", "frames", "images"),
+    [
+        (0.0, 15, 60),  # of a robot that knows itself: 0.5 s at 30 Hz, beside 2 s
+        (0.25, 1 + 89 / 4, 60),  # a quarter of what is unsure stays: 3 s
+        (1.0, 60, 60),  # never less than images
+    ],
+)
+def test_pads_of_a_robot_that_is_wrong_about_itself_err_alike_as_well(share, frames, images):
+    config = EstimatorConfig(held=(1e-9, 1e-9, 0.5), offsets_correlation=3.0)
+    before = believed(1e-3, 1.0 - PERIOD)._replace(offsets_share=share)
+    expected = expectation(before, frame_with(2.0), "held", config)
+    assert expected.repetitions == pytest.approx(frames)
+    assert expected.repetitions * expected.images_alike == pytest.approx(images)
+    unlike = expectation(before, frame_with(0.0), "held", config)
+    assert (unlike.repetitions, unlike.images_alike) == (pytest.approx(15), 1.0)
 
 
 @pytest.mark.parametrize("wrong", [-1.0, np.inf, np.nan, "long", None])
