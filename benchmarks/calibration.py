@@ -24,7 +24,7 @@ from vtgtsam.calibration.robot import Robot
 from vtgtsam.evaluation.engine import run_tasks
 from vtgtsam.evaluation.find import find_recordings
 from vtgtsam.evaluation.phases import AFTER, turn_phases
-from vtgtsam.exceptions import RecordingError
+from vtgtsam.exceptions import CalibrationError, RecordingError
 from vtgtsam.metrics import Adds, relative_poses
 from vtgtsam.recording import Recording
 from vtgtsam.recording.frames import evaluation_frames
@@ -191,11 +191,14 @@ def judge(case: Case) -> list[dict[str, Any]]:
     return rows
 
 
-def _calibrated(case: Case, count: int) -> tuple[Calibration, dict[str, Any]]:
-    """A calibration from the first ``count`` grasps, and how good it is."""
+def _calibrated(case: Case, count: int) -> tuple[Calibration | None, dict[str, Any]]:
+    """A calibration from the first ``count`` grasps, and how good it is; None where none of them is of use."""
     earlier = [case.load(path) for path in case.earlier[:count]]
     start = time.process_time()
-    result = calibrate(earlier)
+    try:
+        result = calibrate(earlier)
+    except CalibrationError as error:
+        return None, {"refused": str(error)}
     seconds = time.process_time() - start
     calibration = result.calibration
     true = true_offsets(case.robot, len(calibration.joint_names), calibration.camera_origin)

@@ -118,7 +118,7 @@ def agreeing(
     Args:
         grasps: Grasps that can say something, each under a name of its own.
         known: What was known of the offsets before.
-        start: Where the solver starts with them, shape (6 + J,).
+        start: Where the solver starts with them, shape (6 + J,), or several of those.
         camera_origin: The point that the camera's twist turns about, in the world [m], shape (3,).
         config: As the estimator's that tracked the grasps.
         touches: Touches of the hand with itself.

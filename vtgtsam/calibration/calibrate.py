@@ -139,9 +139,13 @@ def _round(
         grasps.append(_tracked(source, config, tracked_with))
         tell(f"{name} round", count, len(sources))
     chosen, left_out = helpful(grasps)
-    start = known.belief.mean if tracked_with is None else tracked_with.offsets
+    starts = [known.belief.mean]
+    if tracked_with is not None and not np.array_equal(tracked_with.offsets, starts[0]):
+        starts.append(tracked_with.offsets)
     some = [thinned(each, every) for each in chosen]
-    agreed = agreeing(some, known.belief, start, known.camera_origin, config, touches, settled)
+    agreed = agreeing(
+        some, known.belief, np.array(starts), known.camera_origin, config, touches, settled
+    )
     names = {each.name for each in agreed.grasps}
     made_from = [source.digest for source in sources if source.name in names]
     return _Round(

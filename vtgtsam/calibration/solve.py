@@ -86,7 +86,7 @@ def solve(
     Args:
         grasps: What was recorded.
         prior: What was known of the offsets before.
-        start: Where to start with them, shape (6 + J,).
+        start: Where to start with them, shape (6 + J,), or several of those: the lowest cost is the solution.
         camera_origin: The point that the camera's twist turns about, in the world [m], shape (3,).
         config: As the estimator's that tracked the grasps.
         touches: Touches of the hand with itself.
@@ -94,8 +94,6 @@ def solve(
     """
     graphs = []
     values = gtsam.Values()
-    values.insert(CAMERA, start[:6])
-    values.insert(ZEROS, start[6:])
     whole = gtsam.NonlinearFactorGraph()
     whole.push_back(known_offsets_factor(CAMERA, ZEROS, prior.mean, prior.covariance))
     for number, grasp in enumerate(grasps):
@@ -106,7 +104,10 @@ def solve(
     alone = gtsam.NonlinearFactorGraph()
     add_touches(alone, grasps[0].hand, touches)
     whole.push_back(alone)
-    values, iterations = _minimised(whole, values, np.sqrt(np.diag(prior.covariance)), settled)
+    sigmas = np.sqrt(np.diag(prior.covariance))
+    starts = [_with_offsets(values, each) for each in np.atleast_2d(start)]
+    minima = [_minimised(whole, each, sigmas, settled) for each in starts]
+    values, iterations = min(minima, key=lambda minimum: whole.error(minimum[0]))
     said = [_said(graph, values) for graph in graphs]
     information = np.linalg.inv(prior.covariance) + sum(each.information for each in said)
     if touches:
@@ -132,6 +133,14 @@ def _minimised(
             break
         offsets, cost = now, lower
     return optimizer.values(), optimizer.iterations()
+
+
+def _with_offsets(values: gtsam.Values, offsets: np.ndarray) -> gtsam.Values:
+    """The values of the grasps' own unknowns, and offsets beside them."""
+    started = gtsam.Values(values)
+    started.insert(CAMERA, offsets[:6])
+    started.insert(ZEROS, offsets[6:])
+    return started
 
 
 def _offsets(values: gtsam.Values) -> np.ndarray:
