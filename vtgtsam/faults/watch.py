@@ -97,7 +97,10 @@ class Watch:
         events: tuple[Event, ...] = ()
         if estimate.mode is not None and not self._contacts_wrong:
             T_ho = frame.T_wh.between(estimate.T_wo)
-            events = self._events.after(frame.time, estimate.mode, T_ho)
+            touching = int(np.count_nonzero(frame.touching))
+            events = self._events.after(
+                frame.time, estimate.mode, touching, T_ho, estimate.covariance
+            )
         status = self._status(frame, estimate, refused)
         return replace(estimate, faults=tuple(faults), events=events, status=status)
 
