@@ -152,6 +152,12 @@ def calibration(
     online: Annotated[
         bool, typer.Option(help="Judge calibrating while it works, too: much of the time.")
     ] = True,
+    tracker_off: Annotated[
+        float,
+        typer.Option(
+            min=0.0, help="By how much the tracker is off on each object, otherwise [mm]."
+        ),
+    ] = 0.0,
 ) -> None:
     """What a robot gains from calibrating itself, by the number of its earlier grasps."""
     from .calibration import run
@@ -167,6 +173,7 @@ def calibration(
         jobs,
         recorded,
         online,
+        tracker_off / 1e3,
     )
 
 

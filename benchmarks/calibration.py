@@ -30,7 +30,7 @@ from vtgtsam.recording import Recording
 from vtgtsam.recording.frames import evaluation_frames
 
 from .calibration_report import LIMIT, ONLINE, figure, tables
-from .imposed import as_robot, true_offsets
+from .imposed import as_robot, misled, true_offsets
 from .report import RESULTS, save
 
 FIRST_ROBOT = 5000  # lower numbers are for choosing settings
@@ -52,6 +52,7 @@ class Case(NamedTuple):
         plain: What is judged without a calibration alone, besides.
         imposed: Whether the recordings get its errors; otherwise they have them.
         online: Whether calibrating while it works is judged.
+        misled: How far the tracker is off on each object [m].
     """
 
     robot: int | None
@@ -62,10 +63,12 @@ class Case(NamedTuple):
     plain: tuple[str, ...]
     imposed: bool
     online: bool
+    misled: float = 0.0
 
     def load(self, path: Path) -> Recording:
         """A recording of this robot's."""
-        return as_robot(_load(path), self.robot) if self.imposed else _load(path)
+        recording = as_robot(_load(path), self.robot) if self.imposed else _load(path)
+        return misled(recording, self.misled) if self.misled else recording
 
 
 def run(
@@ -78,6 +81,7 @@ def run(
     jobs: int,
     recorded: bool = False,
     online: bool = True,
+    off: float = 0.0,
 ) -> None:
     """Measure, and write ``calibration.md``, ``calibration.json`` and ``calibration.png``.
 
@@ -93,6 +97,7 @@ def run(
         jobs: Processes to use.
         recorded: Whether to judge the robots that made the recordings instead.
         online: Whether to judge calibrating while it works.
+        off: How far the tracker is off in a direction of each object's own [m].
     """
     paths = list(find_recordings([recordings]).values())
     make = _recorded if recorded else partial(_imposed, robots=robots)
@@ -102,7 +107,7 @@ def run(
         "plain": tuple(plain),
         "online": online,
     }
-    cases = list(make(paths, tests=tests, **judged))
+    cases = [case._replace(misled=off) for case in make(paths, tests=tests, **judged)]
     about = [
         str(recordings.resolve()),
         len(paths),
@@ -112,6 +117,7 @@ def run(
         list(plain),
         recorded,
         online,
+        off,
     ]
     found = _done(about)
     missing = [case for case in cases if str(case.robot) not in found]

@@ -9,6 +9,7 @@ robots cost no more simulation.
 from __future__ import annotations
 
 import dataclasses
+from zlib import crc32
 
 import gtsam
 import numpy as np
@@ -16,6 +17,7 @@ import numpy as np
 from sim.calibration import CalibrationError
 from vtgtsam.exceptions import RecordingError
 from vtgtsam.recording import Recording
+from vtgtsam.recording.align import Streams
 from vtgtsam.recording.named import NamedStream
 from vtgtsam.recording.poses import PoseStream
 
@@ -49,11 +51,28 @@ def as_robot(recording: Recording, robot: int | None) -> Recording:
         vision=_moved(streams.vision, moved),
         camera_pose=None if streams.camera_pose is None else _moved(streams.camera_pose, moved),
     )
+    return _made(recording, _described(info, robot), made)
+
+
+def misled(recording: Recording, by: float) -> Recording:
+    """A recording whose tracker is off by as much [m] in a direction of each object's own, which its name decides."""
+    direction = np.random.default_rng(crc32(recording.object.name.encode())).normal(size=3)
+    off = gtsam.Pose3(gtsam.Rot3(), by * direction / np.linalg.norm(direction))
+    streams = recording.streams
+    assert streams.vision is not None
+    poses = [pose.compose(off) for pose in streams.vision.poses]
+    vision = dataclasses.replace(streams.vision, poses=poses)
+    return _made(recording, recording.info, dataclasses.replace(streams, vision=vision))
+
+
+def _made(recording: Recording, info: dict[str, str], streams: Streams) -> Recording:
+    """The recording with other streams."""
+    hand = recording.hand
     return Recording(
         path=recording.path,
-        info=_described(info, robot),
+        info=info,
         topics=recording.topics,
-        streams=made,
+        streams=streams,
         make_hand=lambda: hand,
         make_object=lambda: recording.object,
         present={},

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from gripped_boxes import write_grip
 
-from benchmarks.imposed import as_robot, robot_error, true_offsets
+from benchmarks.imposed import as_robot, misled, robot_error, true_offsets
 from vtgtsam import read_recording
 from vtgtsam.exceptions import RecordingError
 
@@ -50,3 +50,15 @@ def test_a_tracker_that_knows_the_hand_is_refused(recording):
     recording.info["tracker"] = "depth-hand"
     with pytest.raises(RecordingError, match="expected tracker 'depth', got 'depth-hand'"):
         as_robot(recording, 5000)
+
+
+def test_a_tracker_that_is_off_is_so_by_as_much_and_alike_on_the_object(recording):
+    off = [
+        plain.T_wo_visual.between(wrong.T_wo_visual)
+        for plain, wrong in zip(
+            recording.measurements(), misled(recording, 0.003).measurements(), strict=True
+        )
+    ]
+    assert np.linalg.norm(off[0].translation()) == pytest.approx(0.003)
+    assert all(each.equals(off[0], 1e-9) for each in off)
+    assert off[0].rotation().equals(gtsam.Rot3(), 1e-9)
