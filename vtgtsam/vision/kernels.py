@@ -17,6 +17,12 @@ from ..sdf.kernels import trilinear
 # What a pixel says about a pose.
 NOTHING, SURFACE, THROUGH, COVERED = 0, 1, 2, 3
 
+THIN = 0.5  # [cells], what the field says in the middle of a wall without thickness, at most
+STEEP = 0.2  # by how much the distance changes with the way along a ray that crosses a wall, at least ...
+BESIDE = 3.0  # [cells], ... from there so far to both sides
+# In a thin wall the gradient is a mean of its two sides, shorter than 1 (squared): a cell or two before, it is not.
+BLURRED, BEFORE = 0.5, 1.5  # [-], [cells]
+
 
 @compiled
 def depth_range(
@@ -53,6 +59,49 @@ def ray(
 
 
 @compiled
+def is_wall(
+    values: NDArray[np.float32],
+    lower: NDArray[np.float64],
+    scale: NDArray[np.float64],
+    origin: NDArray[np.float64],
+    direction: NDArray[np.float64],
+    at: float,
+    phi: float,
+    cell: float,
+) -> bool:
+    """Whether a ray goes through a wall too thin for the field, at a depth where the distance phi is least.
+
+    Across a wall the distance falls and rises again as steeply as the ray meets it; along a surface that the ray
+    only passes it hardly changes.
+
+    Args:
+        values: The field.
+        lower: See above.
+        scale: See above.
+        origin: The ray's.
+        direction: The ray's.
+        at: The depth [m].
+        phi: The distance there [m].
+        cell: One of the field's cells along the ray, in depth [m].
+    """
+    if phi * scale[0] > THIN:
+        return False
+    for side in (-BESIDE, BESIDE):
+        z = at + side * cell
+        there = trilinear(
+            values,
+            lower,
+            scale,
+            origin[0] + z * direction[0],
+            origin[1] + z * direction[1],
+            origin[2] + z * direction[2],
+        )[0]
+        if (there - phi) * scale[0] < BESIDE * STEEP:
+            return False
+    return True
+
+
+@compiled
 def trace(
     values: NDArray[np.float32],
     lower: NDArray[np.float64],
@@ -65,7 +114,8 @@ def trace(
     """Depth at which a ray meets the surface, between two depths; inf where it passes by.
 
     Sphere tracing: the distance field says how far the ray may go on without meeting the surface. The
-    crossing itself is interpolated between the last point outside and the first inside.
+    crossing itself is interpolated between the last point outside and the first inside. A wall thinner than the
+    field's cells has no inside: there it is where the ray is nearest to it (``is_wall``).
     """
     speed = np.sqrt(direction[0] ** 2 + direction[1] ** 2 + direction[2] ** 2)
     least = 0.3 / (
@@ -81,6 +131,10 @@ def trace(
             if phi_before == np.inf:
                 return at
             return before + (at - before) * phi_before / (phi_before - phi)
+        if phi > phi_before and is_wall(
+            values, lower, scale, origin, direction, before, phi_before, 1.0 / (scale[0] * speed)
+        ):
+            return before
         before, phi_before = at, phi
         at += max(phi / speed, least)
     return np.inf
@@ -308,9 +362,22 @@ def accumulate(
             pz = t_oc[2] + at * direction[2]
             phi, gx, gy, gz = trilinear(values, lower, scale, px, py, pz)
             if kind[v, u] == THROUGH:
+                if phi > 0.0:
+                    continue  # a wall without an inside
                 error, weight, row[6] = phi, 1.0 / (noise * max(-phi, noise)), 0.0
             else:
                 slope = gx * direction[0] + gy * direction[1] + gz * direction[2]
+                if slope > 0.0 or gx * gx + gy * gy + gz * gz < BLURRED:
+                    back = BEFORE / (scale[0] * np.sqrt(direction @ direction))
+                    phi, gx, gy, gz = trilinear(
+                        values,
+                        lower,
+                        scale,
+                        px - back * direction[0],
+                        py - back * direction[1],
+                        pz - back * direction[2],
+                    )
+                    slope = gx * direction[0] + gy * direction[1] + gz * direction[2]
                 error, tukey = difference * slope, 1.0 - (difference / reach) ** 2
                 weight = tukey * tukey / (noise * noise * (slope * slope + grazing * grazing))
                 row[6] = common * excess[v, u] * slope
