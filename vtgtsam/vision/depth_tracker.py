@@ -163,6 +163,9 @@ class DepthTracker:
             T_there, there = self._follow(self._with_noise(measured, T_co_hint), T_co_hint)
             if self._meets(there, FOUND) and not (good and score(there) < score(seen) + BETTER):
                 T_co_now, seen, good = T_there, there, True
+        if not good and expected.is_carried:
+            T_co_now, seen = self._follow(view, T_co)
+            good = self._meets(seen, FOUND)
         self._unseen = 0 if good else self._unseen + 1
         if not good and expected.is_carried and self._unseen < PATIENCE:
             return self._tracked(expected.T_wo, np.zeros((6, 6)), seen)

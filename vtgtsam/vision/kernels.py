@@ -18,8 +18,7 @@ from ..sdf.kernels import trilinear
 NOTHING, SURFACE, THROUGH, COVERED = 0, 1, 2, 3
 
 THIN = 0.5  # [cells], what the field says in the middle of a wall without thickness, at most
-STEEP = 0.2  # by how much the distance changes with the way along a ray that crosses a wall, at least ...
-BESIDE = 3.0  # [cells], ... from there so far to both sides
+BESIDE, OPPOSITE = 3.0, -0.5  # [cells] before and behind it, and the product of the gradients there, at most
 # In a thin wall the gradient is a mean of its two sides, shorter than 1 (squared): a cell or two before, it is not.
 BLURRED, BEFORE = 0.5, 1.5  # [-], [cells]
 
@@ -71,8 +70,8 @@ def is_wall(
 ) -> bool:
     """Whether a ray goes through a wall too thin for the field, at a depth where the distance phi is least.
 
-    Across a wall the distance falls and rises again as steeply as the ray meets it; along a surface that the ray
-    only passes it hardly changes.
+    Before and behind a wall the gradients point away from each other; along a surface that the ray only passes
+    they are much the same.
 
     Args:
         values: The field.
@@ -86,19 +85,24 @@ def is_wall(
     """
     if phi * scale[0] > THIN:
         return False
-    for side in (-BESIDE, BESIDE):
-        z = at + side * cell
-        there = trilinear(
-            values,
-            lower,
-            scale,
-            origin[0] + z * direction[0],
-            origin[1] + z * direction[1],
-            origin[2] + z * direction[2],
-        )[0]
-        if (there - phi) * scale[0] < BESIDE * STEEP:
-            return False
-    return True
+    near, far = at - BESIDE * cell, at + BESIDE * cell
+    _, ax, ay, az = trilinear(
+        values,
+        lower,
+        scale,
+        origin[0] + near * direction[0],
+        origin[1] + near * direction[1],
+        origin[2] + near * direction[2],
+    )
+    _, bx, by, bz = trilinear(
+        values,
+        lower,
+        scale,
+        origin[0] + far * direction[0],
+        origin[1] + far * direction[1],
+        origin[2] + far * direction[2],
+    )
+    return ax * bx + ay * by + az * bz < OPPOSITE
 
 
 @compiled
