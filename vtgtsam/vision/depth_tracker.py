@@ -11,9 +11,9 @@ import numpy as np
 
 from ..camera import CameraIntrinsics
 from .alignment import Evidence, Shape, align, outline_pixels, stride
-from .expectation import Expectation
+from .expectation import WEAK, Expectation
 from .hand_mask import HandMask
-from .noise import DepthNoise
+from .noise import APART, DepthNoise
 from .search import Search, score
 from .tracker import TrackedPose
 from .view import View, crop
@@ -26,13 +26,13 @@ if TYPE_CHECKING:
 
 MARGIN = 0.02  # [m], around the object: what it may move between two frames
 COARSE_PIXELS, FINE_PIXELS = 400, 2000  # of the object's outline, for the first steps and the last
-WEAK = 0.01  # share of the frame-to-frame prior that is left in the covariance: 0.5 rad, 0.1 m
 MIN_MEASURED = 0.1  # share of the outline; with less, the image cannot say where the object is not
 
 LASTING = 20.0  # [s], noise that stays for some images stays as long as a grasp is looked at
+IMAGE = 1 / 30  # [s], from one image to the next
 
 # What noise leaves out: the object's own grid and mesh.
-FLOOR = np.repeat([0.003**2, 0.0003**2], 3)  # [rad^2, m^2]
+FLOOR = np.repeat([0.001**2, 0.0001**2], 3)  # [rad^2, m^2]
 
 
 class Demand(NamedTuple):
@@ -158,28 +158,28 @@ class DepthTracker:
         T_co = T_wc.inverse() * expected.T_wo
         view = self._with_noise(measured, T_co)
         T_co_now, seen = self._follow(view, T_co, expected.information())
-        good = self._meets(seen, FOLLOWED)
+        good, anew = self._meets(seen, FOLLOWED), False
         if T_co_hint is not None:
             T_there, there = self._follow(self._with_noise(measured, T_co_hint), T_co_hint)
             if self._meets(there, FOUND) and not (good and score(there) < score(seen) + BETTER):
-                T_co_now, seen, good = T_there, there, True
-        if not good and expected.is_carried:
+                T_co_now, seen, good, anew = T_there, there, True, True
+        if not good and expected.is_carried:  # it may have moved otherwise than the hand
             T_co_now, seen = self._follow(view, T_co)
-            good = self._meets(seen, FOUND)
+            good = anew = self._meets(seen, FOUND)
         self._unseen = 0 if good else self._unseen + 1
         if not good and expected.is_carried and self._unseen < PATIENCE:
-            return self._tracked(expected.T_wo, np.zeros((6, 6)), seen)
+            return self._tracked(expected, np.zeros((6, 6)), seen)
         if not good and seen.measured > MIN_MEASURED * seen.outline:
             T_co_now, seen = self._follow(view, self._search.look(view, T_co, T_wc))
-            good = self._meets(seen, FOUND)
+            good = anew = self._meets(seen, FOUND)
         if not good:
             return TrackedPose.lost(seen.visible_fraction)
         self._unseen = 0
         self._search.forget()
         self._noise.learn(measured, seen)
         information, _ = seen.normal_equations()
-        expected.update(T_wc * T_co_now, information)
-        return self._tracked(expected.T_wo, information / max(seen.misfit, 1.0), seen)
+        expected.update(T_wc * T_co_now, information, anew)
+        return self._tracked(expected, information, seen)
 
     def _with_noise(self, measured: View, T_co: gtsam.Pose3) -> View:
         """The view with what was learnt of the camera's noise; in the first one, from that image itself."""
@@ -188,14 +188,37 @@ class DepthTracker:
             self._noise.learn(measured, at)
         return self._noise.on(measured, at)
 
-    def _tracked(self, T_wo: gtsam.Pose3, information: np.ndarray, seen: Evidence) -> TrackedPose:
-        """A pose with its covariance by its image alone; what that does not show is uncertain, not infinite.
+    def _tracked(
+        self, expected: Expectation, information: np.ndarray, seen: Evidence
+    ) -> TrackedPose:
+        r"""The pose with its covariance by the images alone; what they do not show is uncertain, not infinite.
 
-        What was known before the image stays out of it. For how long images err alike is said beside it.
+        Of this image's noise a share s is the last one's still, a share p that of ten images ago. What is new in an
+        image is averaged with those before (``Expectation.averaged``), the rest is not:
+
+            S = s R + (1 - s) A + floor,    R = (L + weak)^-1 of this image alone.
+
+        The time for which the errors stay alike is the mean of the parts' own, by their share of S.
         """
-        covariance = np.linalg.inv(information + WEAK * self._shape.prior) + np.diag(FLOOR)
-        correlation = LASTING * self._noise.persistence
-        return TrackedPose(T_wo, covariance, seen.visible_fraction, "ok", correlation)
+        unlikely = max(seen.misfit, 1.0)
+        alone = np.linalg.inv(information / unlikely + WEAK * self._shape.prior)
+        if not information.any():
+            return TrackedPose(expected.T_wo, alone, seen.visible_fraction, "ok")
+        lingering, lasting = self._noise.lingering, self._noise.persistence
+        averaged = unlikely * expected.averaged
+        covariance = lingering * alone + (1.0 - lingering) * averaged
+        share = np.linalg.inv(covariance) / 6.0
+        of_image, of_images = np.trace(share @ alone), np.trace(share @ averaged)
+        correlation = of_image * (lasting * LASTING + (lingering - lasting) * APART[-1] * IMAGE)
+        correlation += of_images * (1.0 - lingering) * expected.images_alike * IMAGE
+        self.parts = (alone, averaged, lingering, lasting, expected.images_alike)
+        return TrackedPose(
+            expected.T_wo,
+            covariance + np.diag(FLOOR),
+            seen.visible_fraction,
+            "ok",
+            float(correlation),
+        )
 
     def _follow(
         self, view: View, T_co: gtsam.Pose3, prior: np.ndarray | None = None

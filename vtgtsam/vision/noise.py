@@ -13,6 +13,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from ..camera import CameraIntrinsics
 from . import kernels
 from .alignment import Evidence
 from .view import MIN_SIGMA, View
@@ -31,7 +32,7 @@ MEMORY, LONG_MEMORY = 15, 100  # images over which noise, and its correlation, a
 WIDEST = 0.015  # [m], a difference above is another surface ...
 WIDEST_SIGMAS = 4.0  # ... or above so many sigmas of what independent noise would be
 DOUBT, DOUBTED = 0.01, 3.0  # [m], noise beside an edge before it was seen, as if in so many images
-APART = 10  # images
+APART = (1, 10)  # images, after which it is asked how much of the noise has stayed
 FEWEST = 30  # pixels of a kind, with fewer in an image it says nothing about them
 UNRELATED = 0.1  # correlation below which two pixels count as independent
 TO_SIGMA = 1.4826  # from a median of absolute values to a standard deviation
@@ -49,8 +50,8 @@ class DepthNoise:
         self._variance = np.append(np.full(ZONES - 1, DOUBT**2), np.nan)
         self._seen = np.append(np.full(ZONES - 1, DOUBTED), 0.0)  # images that said something of it
         self._products = np.zeros((2, LAGS + 1, 2))
-        self._earlier: list[tuple[tuple[float, float], np.ndarray]] = []
-        self._kept = np.zeros(2)
+        self._earlier: list[tuple[CameraIntrinsics, np.ndarray]] = []
+        self._kept = np.zeros((len(APART), 2))
 
     def on(self, view: View, evidence: Evidence) -> View:
         """The view with its noise, for poses about that of the evidence."""
@@ -80,9 +81,17 @@ class DepthNoise:
         return lengths[0], lengths[1]
 
     @property
+    def lingering(self) -> float:
+        """Share of the noise that is the same in the next image, in [0, 1]; all of it until that was seen."""
+        return max(self._share_kept(0), self.persistence) if self._kept[0, 1] > 0.0 else 1.0
+
+    @property
     def persistence(self) -> float:
-        """Share of the noise that is the same ``APART`` images later, in [0, 1]."""
-        kept, whole = self._kept
+        """Share of the noise that is the same 10 images later, in [0, 1]."""
+        return self._share_kept(1)
+
+    def _share_kept(self, n: int) -> float:
+        kept, whole = self._kept[n]
         return float(np.clip(kept / whole, 0.0, 1.0)) if whole > 0.0 else 0.0
 
     def learn(self, view: View, evidence: Evidence) -> None:
@@ -97,7 +106,7 @@ class DepthNoise:
         seen &= (zone == FAR) & (np.abs(difference) < WIDEST_SIGMAS * self.sigma)
         if np.count_nonzero(seen) >= FEWEST:
             left = np.where(seen, difference, np.nan)
-            self._learn_persistence(left, (-view.camera.cx, -view.camera.cy))
+            self._learn_persistence(left, view.camera)
             self._learn_correlation(left)
 
     def _learn_variance(self, rest: np.ndarray, zone: np.ndarray) -> None:
@@ -111,21 +120,24 @@ class DepthNoise:
             # A mean of logarithms: a doubt too large by far is given up as fast as one too small.
             self._variance[z] = now if np.isnan(before) else before * (now / before) ** share
 
-    def _learn_persistence(self, residual: np.ndarray, corner: tuple[float, float]) -> None:
-        """Compare with what was left in an image some time ago, pixel by pixel."""
-        self._earlier.append((corner, residual))
-        if len(self._earlier) <= APART:
-            return
-        before, earlier = self._earlier.pop(0)
-        right, down = (round(b - a) for a, b in zip(before, corner, strict=True))
-        now, then = _common(residual, earlier, right, down)
-        both = ~(np.isnan(now) | np.isnan(then))
-        if np.count_nonzero(both) < FEWEST:
-            return
-        a, b = now[both], then[both]
-        share = 1.0 / MEMORY
-        sums = np.array([float(a @ b), 0.5 * float(a @ a + b @ b)]) / len(a)
-        self._kept = (1.0 - share) * self._kept + share * sums
+    def _learn_persistence(self, residual: np.ndarray, camera: CameraIntrinsics) -> None:
+        """Compare with what was left in images some time ago, pixel by pixel."""
+        self._earlier.append((camera, residual))
+        for n, apart in enumerate(APART):
+            if len(self._earlier) <= apart:
+                break
+            before, earlier = self._earlier[-1 - apart]
+            if before.fx != camera.fx:
+                continue  # another part of the rows and columns was looked at
+            right, down = round(before.cx - camera.cx), round(before.cy - camera.cy)
+            now, then = _common(residual, earlier, right, down)
+            both = ~(np.isnan(now) | np.isnan(then))
+            if np.count_nonzero(both) < FEWEST:
+                continue
+            a, b = now[both], then[both]
+            sums = np.array([float(a @ b), 0.5 * float(a @ a + b @ b)]) / len(a)
+            self._kept[n] += (sums - self._kept[n]) / MEMORY
+        del self._earlier[: -max(APART)]
 
     def _learn_correlation(self, residual: np.ndarray) -> None:
         """Compare pixels with their neighbours."""

@@ -26,6 +26,12 @@ def ball():
 
 
 @pytest.fixture(scope="module")
+def plate():
+    mesh = trimesh.creation.box((0.09, 0.08, 0.0005))  # half as thick as a cell of its field
+    return Shape(build_sdf(mesh, resolution=96))
+
+
+@pytest.fixture(scope="module")
 def box():
     mesh = trimesh.creation.box(BOX)
     mesh.apply_translation((0.1, 0.0, 0.0))  # the object's frame is not at its centre
@@ -293,3 +299,27 @@ def test_a_crop_shows_the_object_and_keeps_its_rays():
 @pytest.mark.parametrize("center_c", [(5.0, 0.0, 0.5), (0.0, 0.0, -0.5), (0.0, 0.0, 0.02)])
 def test_there_is_no_crop_where_the_camera_does_not_look(center_c):
     assert crop(np.full((100, 120), FAR), CAMERA, np.array([center_c]), margin=0.05) is None
+
+
+@pytest.mark.parametrize("tilt", [0.0, 0.4, 0.8, 1.1])
+def test_a_wall_thinner_than_the_field_s_cells_has_no_holes(plate, tilt):
+    cell = 1.0 / plate.grid[2][0]
+    assert (plate.grid[0] <= 0.0).mean() < 0.002 and cell > 0.0009
+    T_co = gtsam.Pose3(gtsam.Rot3.RzRyRx(tilt, 0.1, 0.3), np.array([0.001, 0.002, 0.5]))
+    seen = Evidence(plate, view_of(np.full((CAMERA.height, CAMERA.width), FAR)), T_co)
+    rays, normal_c = CAMERA.rays(), T_co.rotation().matrix()[:, 2]
+    depth = normal_c @ T_co.translation() / (rays @ normal_c)
+    points_o = (rays * depth[..., None] - T_co.translation()) @ T_co.rotation().matrix()
+    well_inside = (np.abs(points_o[..., :2]) < [0.043, 0.038]).all(axis=-1)
+    hit = np.isfinite(seen.predicted) & well_inside
+    assert well_inside.sum() > 300 and hit.sum() > 0.98 * well_inside.sum()
+    assert np.abs(seen.predicted - depth)[hit].max() < 1.5 * cell / abs(normal_c[2])
+
+
+def test_a_thin_wall_is_aligned_with_its_image(plate):
+    true = gtsam.Pose3(gtsam.Rot3.RzRyRx(0.6, 0.1, 0.3), np.array([0.001, 0.002, 0.5]))
+    seen = Evidence(plate, view_of(np.full((CAMERA.height, CAMERA.width), FAR)), true)
+    image = np.where(np.isfinite(seen.predicted), seen.predicted, FAR)
+    off = true.compose(gtsam.Pose3.Expmap(np.array([0.04, -0.03, 0.0, 0.0, 0.0, 0.004])))
+    found = true.localCoordinates(align(plate, view_of(image, 0.001), off, 15))
+    assert np.abs(found[[0, 1]]).max() < 0.005 and abs(found[5]) < 0.0002  # what a plate shows

@@ -69,6 +69,27 @@ def test_noise_that_stays_in_the_image_is_found_to_stay():
     assert learnt(errors).persistence == pytest.approx(0.81, abs=0.1)
 
 
+def test_noise_that_stays_for_some_images_only_lingers():
+    rng = np.random.default_rng(4)
+    error, errors = smooth_noise(rng), []
+    for _ in range(60):
+        error = 0.7 * error + np.sqrt(1.0 - 0.7**2) * smooth_noise(rng)
+        errors.append(SIGMA * error)
+    noise = learnt(errors)
+    assert noise.lingering == pytest.approx(0.7, abs=0.1)
+    assert noise.persistence < 0.2  # 0.7^10 = 0.03
+
+
+def test_images_of_which_other_rows_were_looked_at_are_not_compared():
+    rng = np.random.default_rng(5)
+    fixed = SIGMA * smooth_noise(rng)
+    noise = DepthNoise()
+    for n in range(40):
+        view = view_of(wall() + fixed).strided(1 + n % 2)
+        noise.learn(view, seen(wall()[:: 1 + n % 2, :: 1 + n % 2]))
+    assert noise.persistence > 0.9  # every second image, ten apart; neighbours never
+
+
 def test_edges_are_distrusted_until_they_were_seen_and_then_taken_as_they_are():
     rng = np.random.default_rng(3)
     hand_depth = np.full(wall().shape, np.inf)
