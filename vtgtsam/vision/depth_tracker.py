@@ -211,7 +211,6 @@ class DepthTracker:
         of_image, of_images = np.trace(share @ alone), np.trace(share @ averaged)
         correlation = of_image * (lasting * LASTING + (lingering - lasting) * APART[-1] * IMAGE)
         correlation += of_images * (1.0 - lingering) * expected.images_alike * IMAGE
-        self.parts = (alone, averaged, lingering, lasting, expected.images_alike)
         return TrackedPose(
             expected.T_wo,
             covariance + np.diag(FLOOR),

@@ -9,9 +9,9 @@ move little from image to image.
 
 with L the image's information. What an image gets wrong, the next one gets wrong too, so that n images count as one.
 
-Beside that it keeps what images alone have told, the first pose left out and each one counted in full: A, how uncertain
-the followed pose is by those errors of the images that are new in each. With the gain k = 1 - A(t) A(t-)^-1 of an image,
-such an error is left to (1 - k)^n after n images, so that it stays alike for (2 - k) / k of them in all.
+Beside that it keeps what images alone have told, the first pose left out and each one counted in full: A, how
+uncertain the followed pose is by those errors that are new in each image. With the gain k = 1 - A(t) A(t-)^-1 of an
+image, (1 - k)^n of such an error is left after n images, so that it stays alike for (2 - k) / k of them in all.
 """
 
 from __future__ import annotations

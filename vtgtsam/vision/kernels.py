@@ -18,7 +18,10 @@ from ..sdf.kernels import trilinear
 NOTHING, SURFACE, THROUGH, COVERED = 0, 1, 2, 3
 
 THIN = 0.5  # [cells], what the field says in the middle of a wall without thickness, at most
-BESIDE, OPPOSITE = 3.0, -0.5  # [cells] before and behind it, and the product of the gradients there, at most
+BESIDE, OPPOSITE = (
+    3.0,
+    -0.5,
+)  # [cells] before and behind it, and the product of the gradients there, at most
 # In a thin wall the gradient is a mean of its two sides, shorter than 1 (squared): a cell or two before, it is not.
 BLURRED, BEFORE = 0.5, 1.5  # [-], [cells]
 

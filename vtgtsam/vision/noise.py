@@ -34,6 +34,7 @@ WIDEST_SIGMAS = 4.0  # ... or above so many sigmas of what independent noise wou
 DOUBT, DOUBTED = 0.01, 3.0  # [m], noise beside an edge before it was seen, as if in so many images
 APART = (1, 10)  # images, after which it is asked how much of the noise has stayed
 FEWEST = 30  # pixels of a kind, with fewer in an image it says nothing about them
+CHANCE = 30.0  # pairs of pixels beside those seen, unrelated: a few agree by chance
 UNRELATED = 0.1  # correlation below which two pixels count as independent
 TO_SIGMA = 1.4826  # from a median of absolute values to a standard deviation
 
@@ -75,7 +76,7 @@ class DepthNoise:
         """How many neighbours in a row, and in a column, err together; 1 for independent noise."""
         lengths = []
         for sums in self._products:
-            rho = sums[1:, 0] / np.maximum(sums[1:, 1], 1e-12)
+            rho = sums[1:, 0] / (sums[1:, 1] + CHANCE / min(max(self.images, 1), LONG_MEMORY))
             related = np.cumprod(rho > UNRELATED).astype(bool)
             lengths.append(1.0 + 2.0 * float(rho[related].sum()))
         return lengths[0], lengths[1]
@@ -101,6 +102,10 @@ class DepthNoise:
         zone = zones(view, evidence)
         reach = np.where(zone == FAR, widest, 2.0 * widest)
         seen = (view.depth > 0.0) & ~view.hand & (np.abs(difference) < reach)
+        if self.images and not view.hand_is_known:
+            seen &= (
+                evidence.kind != kernels.COVERED
+            )  # a finger on the object is no noise of its surface
         self.images += 1
         self._learn_variance(difference[seen], zone[seen])
         seen &= (zone == FAR) & (np.abs(difference) < WIDEST_SIGMAS * self.sigma)
@@ -143,7 +148,7 @@ class DepthNoise:
         """Compare pixels with their neighbours."""
         sums = np.zeros_like(self._products)
         kernels.products(residual, LAGS, sums)
-        sums /= max(float(sums[0, 0, 1]), 1e-12)
+        sums *= np.count_nonzero(~np.isnan(residual)) / max(float(sums[0, 0, 1]), 1e-12)
         share = 1.0 / min(self.images, LONG_MEMORY)
         self._products = (1.0 - share) * self._products + share * sums
 
