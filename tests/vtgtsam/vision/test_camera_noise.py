@@ -85,9 +85,10 @@ def test_images_of_which_other_rows_were_looked_at_are_not_compared():
     fixed = SIGMA * smooth_noise(rng)
     noise = DepthNoise()
     for n in range(40):
-        view = view_of(wall() + fixed).strided(1 + n % 2)
-        noise.learn(view, seen(wall()[:: 1 + n % 2, :: 1 + n % 2]))
-    assert noise.persistence > 0.9  # every second image, ten apart; neighbours never
+        step = 1 + n // 2 % 2
+        noise.learn(view_of(wall() + fixed).strided(step), seen(wall()[::step, ::step]))
+    assert noise.lingering > 0.95  # of each second pair of neighbours, which are alike
+    assert noise.persistence == 0.0  # ten images apart never are
 
 
 def test_edges_are_distrusted_until_they_were_seen_and_then_taken_as_they_are():
@@ -123,3 +124,30 @@ def test_what_lies_behind_is_another_zone_than_what_covers():
     assert (place[:, : 60 - NEAR] == FAR).all()
     steep = wall() + 0.002 * np.arange(CAMERA.width)  # 45 degrees: a slope is no edge
     assert (zones(view_of(steep), seen(steep)) == FAR).all()
+
+
+def test_a_finger_that_lies_on_the_object_is_no_noise_of_its_surface():
+    rng = np.random.default_rng(6)
+    noise, evidence = DepthNoise(), seen(wall())
+    for n in range(40):
+        depth = wall() + SIGMA * rng.standard_normal(wall().shape)
+        if n > 10:
+            depth[:, 30:50] -= 2.0 * SIGMA
+            evidence.kind[:, 30:50] = kernels.COVERED
+        noise.learn(view_of(depth), evidence)
+    assert noise.correlation == (1.0, 1.0) and noise.persistence < 0.05
+    assert noise.sigma == pytest.approx(SIGMA, rel=0.05)
+
+
+def test_a_few_pixels_that_agree_by_chance_are_not_correlated():
+    rng = np.random.default_rng(7)
+    lengths = []
+    for _ in range(20):
+        predicted = np.full(wall().shape, np.inf)
+        predicted[:9, :20] = 0.8  # of which 3 rows and 14 columns are far from an edge
+        noise = DepthNoise()
+        for _ in range(2):
+            depth = wall() + SIGMA * rng.standard_normal(wall().shape)
+            noise.learn(view_of(depth), seen(predicted))
+        lengths.append(max(noise.correlation))
+    assert max(lengths) < 2.0

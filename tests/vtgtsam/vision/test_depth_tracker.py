@@ -8,7 +8,7 @@ import pytest
 
 from sim.camera import D435, DepthCamera, add_depth_noise
 from vtgtsam import adds, load_hand, load_object
-from vtgtsam.vision.depth_tracker import LASTING, DepthTracker, make_tracker
+from vtgtsam.vision.depth_tracker import IMAGE, LASTING, DepthTracker, make_tracker
 
 CAMERA = D435.scaled(0.5)
 T_WC = gtsam.Pose3(gtsam.Rot3(np.diag([1.0, -1.0, -1.0])), np.array([0.0, 0.0, 0.8]))  # looks down
@@ -99,6 +99,24 @@ def test_it_says_for_how_long_its_errors_stay_and_of_one_image_how_large_they_ar
     changing = last([mug.image(TILTED) for _ in range(24)] + [fixed])
     assert staying.correlation > 0.9 * LASTING and changing.correlation < 0.05 * LASTING
     np.testing.assert_allclose(np.diag(staying.covariance), np.diag(changing.covariance), rtol=0.3)
+
+
+def test_a_pose_followed_through_independent_images_is_surer_than_one_of_them_says(mug):
+    hand = load_hand("isyhand")
+    joints, out_of_sight = np.zeros(len(hand.joint_names)), gtsam.Pose3(gtsam.Rot3(), [0, 3.0, 0])
+
+    def followed(images):
+        tracker = DepthTracker(mug.obj, CAMERA, hand)
+        tracker.start(TILTED)
+        return [tracker.update(image, T_WC, joints, out_of_sight) for image in images]
+
+    new_each_time = followed([mug.image(TILTED, 4.0) for _ in range(25)])
+    staying = followed([mug.image(TILTED, 4.0)] * 25)
+    alone, averaged = (np.sqrt(np.diag(new_each_time[n].covariance)) for n in (0, -1))
+    assert (averaged < 0.7 * alone).all()
+    assert 1.5 * IMAGE < new_each_time[-1].correlation < 0.05 * LASTING
+    assert (np.sqrt(np.diag(staying[-1].covariance)) > 0.8 * alone).all()
+    assert staying[-1].correlation > 0.9 * LASTING
 
 
 def test_the_same_images_give_the_same_poses(mug):
