@@ -29,8 +29,8 @@ class TrackedPose:
         visible_fraction: Share of the object's outline in which its surface was really seen, in
             [0, 1]: low when it is covered, or when the pose is wrong.
         status: "ok", or "lost" where the images no longer tell the pose.
-        correlation: How long the errors of its poses stay alike [s]; 0 where each image errs by itself. The
-            covariance is of this one pose, whatever is known of others.
+        correlation: How long the errors of its poses stay alike [s]; 0 where each image errs by itself. A pose that
+            is a mean over some images has their errors for as long, though its covariance is smaller.
     """
 
     T_wo: gtsam.Pose3 | None
