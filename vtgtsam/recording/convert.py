@@ -24,7 +24,7 @@ from .poses import PoseStream
 from .provenance import mesh_file, object_metadata
 from .reader import read_recording
 from .recording import Recording
-from .writer import RecordingWriter
+from .writer import MAX_STAMP, RecordingWriter
 
 if TYPE_CHECKING:
     import gtsam
@@ -91,13 +91,20 @@ def convert_bag(
     # Whatever keeps the estimator from using the bag is an error here, before anything is written.
     recording.measurements(rate=_RATE if recording.visual_poses is None else "vision")
     entries = sorted(entries_of(recording), key=lambda entry: (entry.known_ns, entry.stamp_ns))
-    kept = [entry for entry in entries if min(entry.stamp_ns, entry.known_ns) >= 0]
-    if len(kept) < len(entries):
+    kept = [entry for entry in entries if _has_a_stamp(entry)]
+    if lost := len(entries) - len(kept):
+        what = "message is left out: its instant or its log time is"
+        if lost > 1:
+            what = "messages are left out: their instants or their log times are"
         recording.warn(
-            [f"{len(entries) - len(kept)} messages are left out, which belong before time 0"]
+            [f"{lost} {what} not within the {MAX_STAMP} s from time 0 on that a recording can hold"]
         )
     _write(out, recording, kept)
     return Converted(dict(Counter(entry.what for entry in kept)), list(recording.warnings))
+
+
+def _has_a_stamp(entry: Entry) -> bool:
+    return all(0.0 <= ns / 1e9 < MAX_STAMP for ns in (entry.stamp_ns, entry.known_ns))
 
 
 def _write(out: Path, recording: Recording, entries: list[Entry]) -> None:

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 MAX_CHUNK_BYTES = 64 * 1024
 MAX_CHUNK_NS = 10**9
 _RECORD_OVERHEAD = 64  # [bytes], above what an MCAP record has around its texts or message
-_MAX_STAMP = 2**31  # [s], a ROS stamp has a signed 32 bit number of seconds
+MAX_STAMP = 2**31  # [s], a ROS stamp has a signed 32 bit number of seconds
 
 Seconds = float | Fraction
 
@@ -315,8 +315,8 @@ class RecordingWriter:
 
 
 def _nanoseconds(what: str, seconds: Seconds) -> int:
-    if not (math.isfinite(seconds) and 0 <= seconds < _MAX_STAMP):
-        raise ValueError(f"{what} must be seconds from 0 to {_MAX_STAMP}, got {seconds!r}")
+    if not (math.isfinite(seconds) and 0 <= seconds < MAX_STAMP):
+        raise ValueError(f"{what} must be seconds from 0 to {MAX_STAMP}, got {seconds!r}")
     return round(seconds * 10**9)
 
 

@@ -173,6 +173,24 @@ def test_stamps_out_of_order_are_written_in_order(tmp_path, topic_map):
     assert recording.ground_truth is None
 
 
+def test_what_was_logged_beyond_all_stamps_is_left_out_with_a_word(tmp_path, topic_map):
+    def fill(bag):
+        for k in range(100):
+            t = 1.0 + 0.01 * k
+            logged = 9e9 if k == 50 else t  # a bit of one log time has flipped
+            bag.pose("/robot/camera", t, T_WC)
+            bag.joints("/robot/joint_states", t, ["j_left", "j_right"], [t, -t])
+            bag.array("/skin/values", t, [0.2, 0.1])
+            bag.pose("/foundationpose/pose", t, T_WC.between(pose(t)), logged, "camera")
+
+    converted = convert_bag(_bag(tmp_path / "bag", fill), tmp_path / "out.mcap", topics=topic_map)
+    assert any(
+        "1 message is left out: its instant or its log time" in w for w in converted.warnings
+    )
+    times = read_recording(tmp_path / "out.mcap").streams.vision.times_ns
+    assert len(times) == 99 and 1_440_000_000 not in times  # the map says that it is 60 ms late
+
+
 @pytest.mark.parametrize(
     ("missing", "sentence"),
     [
