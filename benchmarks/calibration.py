@@ -214,7 +214,7 @@ def _calibrated(case: Case, count: int) -> tuple[Calibration | None, dict[str, A
         "joints_rad": float(np.sqrt(np.square(off[6:]).mean())),
         "camera_rad": float(np.linalg.norm(off[:3])),
         "camera_m": float(np.linalg.norm(off[3:6])),
-        "left_out": result.left_out,
+        "left_out": {Path(name).stem: why for name, why in result.left_out.items()},
         "seconds": seconds,
     }
 
