@@ -22,6 +22,7 @@ BALLS = ("013_apple", "017_orange", "055_baseball", "056_tennis_ball", "058_golf
 ROUND = (
     "005_tomato_soup_can",
     "007_tuna_fish_can",
+    "024_bowl",
     "040_large_marker",
     "043_phillips_screwdriver",
 )
