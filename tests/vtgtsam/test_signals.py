@@ -12,8 +12,7 @@ pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="has no such sig
 WAITS = """
 import signal, sys, tempfile, time
 from vtgtsam.commands.edge import edge
-if sys.argv[2] == "ignored":
-    signal.signal(signal.SIGHUP, signal.SIG_IGN)
+signal.signal(signal.SIGHUP, signal.SIG_IGN if sys.argv[2] == "ignored" else signal.SIG_DFL)
 with edge("program"), tempfile.TemporaryDirectory(dir=sys.argv[1]):
     print("ready", flush=True)
     sys.stdin.read()
