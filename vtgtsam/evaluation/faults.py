@@ -6,9 +6,9 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-import pyarrow.parquet as pq
 
 from . import store
+from .parquet import column_names
 
 MOST = 6  # different faults of one sequence; of more, the ones that last longest are kept
 
@@ -19,7 +19,8 @@ def read_faults(out: Path, sequence: str, method: str) -> dict[str, np.ndarray]:
     Empty where nothing was named, and in results from before faults were stored.
     """
     path = store.estimates_path(out, sequence)
-    if not path.is_file() or "faults" not in pq.read_schema(path).names:
+    names = column_names(path)  # none where it is damaged, which reading it says
+    if not path.is_file() or (names and "faults" not in names):
         return {}
     table, _ = store.read_part(path, columns=["method", "time_rel", "faults"])
     found: dict[str, list[float]] = {}

@@ -57,6 +57,14 @@ def read_about(path: Path) -> dict[str, Any] | None:
         return None
 
 
+def column_names(path: Path) -> frozenset[str]:
+    """Names of a table's columns; none where there is no such file or it cannot be read."""
+    try:
+        return frozenset(pq.read_schema(path).names)
+    except (OSError, pa.ArrowException, ValueError):  # names need not be text
+        return frozenset()
+
+
 def read_groups(path: Path) -> Iterator[pa.Table]:
     """A file's row groups, one at a time in memory.
 

@@ -11,15 +11,12 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import get_args
 
-import pyarrow as pa
-import pyarrow.parquet as pq
-
 from ..config import Method
 from ..exceptions import VtgtsamError
 from ..input.text import read_yaml
 from . import store
 from .bop import HEADER
-from .parquet import read_about
+from .parquet import column_names, read_about
 
 _COLUMNS = {
     store.SEQUENCES: {"sequence", "object", "tracker", "problem"},
@@ -51,7 +48,7 @@ def _found(out: Path) -> Iterator[Path]:
     for name, columns in _COLUMNS.items():
         if columns <= set(_head(out / name).partition("\n")[0].strip().split(",")):
             yield out / name
-    if _is_metrics(out / store.METRICS):
+    if column_names(out / store.METRICS) >= _METRICS:
         yield out / store.METRICS
     if _is_config(out / store.CONFIG):
         yield out / store.CONFIG
@@ -76,13 +73,6 @@ def _head(path: Path) -> str:
             return file.read(_HEAD).decode("utf-8", errors="replace")
     except OSError:
         return ""
-
-
-def _is_metrics(path: Path) -> bool:
-    try:
-        return set(pq.read_schema(path).names) >= _METRICS
-    except (OSError, pa.ArrowInvalid):
-        return False
 
 
 def _is_config(path: Path) -> bool:
