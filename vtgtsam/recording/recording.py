@@ -43,6 +43,23 @@ _SHOWN = ("joints", "contacts", "hand_pose", "vision", "truth", "estimate")
 _log = logging.getLogger(__name__)
 
 
+class _TriedOnce:
+    """Makes an object; where that fails it fails again in the same words, without computing for seconds once more."""
+
+    def __init__(self, make: Callable[[], ObjectModel]) -> None:
+        self._make = make
+        self._failed: Exception | None = None
+
+    def __call__(self) -> ObjectModel:
+        if self._failed is not None:
+            raise self._failed
+        try:
+            return self._make()
+        except Exception as error:
+            self._failed = error
+            raise
+
+
 class Recording:
     """A recorded sequence; ``read_recording`` makes it.
 
@@ -70,7 +87,7 @@ class Recording:
         self.warnings: list[str] = []
         self._streams = streams
         self._make_hand = make_hand
-        self._make_object = make_object
+        self._make_object = _TriedOnce(make_object)
         self._make_calibrations = make_calibrations
         self._present = present  # type by topic, for error messages
 

@@ -2,9 +2,10 @@
 import gtsam
 import numpy as np
 import pytest
+from robot_log import write_log
 from sequences import HAND_XML, JOINTS, PADS, SIDE, gripper, pose, write_sequence
 
-from vtgtsam.exceptions import HandError, RecordingError
+from vtgtsam.exceptions import HandError, MeshError, RecordingError
 from vtgtsam.hands.pads import PadSet
 from vtgtsam.objects import load_object
 from vtgtsam.recording import RecordingWriter, messages, names, read_recording
@@ -427,3 +428,18 @@ def test_a_path_without_a_recording_is_refused(tmp_path):
         RecordingError, match=r"holds neither an \.mcap file nor a rosbag2 metadata\.yaml"
     ):
         read_recording(tmp_path)
+
+
+def test_an_object_that_cannot_be_had_is_tried_once(tmp_path, monkeypatch):
+    tried = []
+
+    def refuse(*_):
+        tried.append(1)
+        raise MeshError("the mesh is open")
+
+    monkeypatch.setattr("vtgtsam.recording.reader.find_object", refuse)
+    recording = read_recording(write_log(tmp_path / "log.mcap"))
+    for _ in range(2):
+        with pytest.raises(MeshError, match="the mesh is open"):
+            _ = recording.object
+    assert recording.findings is not None and len(tried) == 1
