@@ -22,7 +22,7 @@ import gtsam
 import numpy as np
 
 from vtgtsam.camera import CameraIntrinsics
-from vtgtsam.vision import kernels
+from vtgtsam.vision import ray_kernels
 from vtgtsam.vision.alignment import Shape
 from vtgtsam.vision.hand_mask import HandMask
 
@@ -110,7 +110,7 @@ def covered_shares(
     for k, T in enumerate(T_co):
         T_oc = T.inverse()
         R_oc, t_oc = T_oc.rotation().matrix(), np.asarray(T_oc.translation())
-        kernels.render(*shape.grid, shape.box, pixels, R_oc, t_oc, depth)
+        ray_kernels.render(*shape.grid, shape.box, pixels, R_oc, t_oc, depth)
         T_hc = gtsam.Pose3(trajectory.frame_T_wh[k]).between(T_wc)
         hand = mask.depth(small, T_hc, trajectory.frame_joints[k])
         outline = np.isfinite(depth)

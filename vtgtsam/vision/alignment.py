@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import gtsam
 import numpy as np
 
-from . import kernels
+from . import kernels, ray_kernels
 from .view import View
 
 if TYPE_CHECKING:
@@ -92,7 +92,7 @@ class Evidence:
             np.asarray(T_oc.translation()),
         )
         self.predicted = np.empty(view.depth.shape)
-        kernels.render(*shape.grid, shape.box, *self._pose, self.predicted)
+        ray_kernels.render(*shape.grid, shape.box, *self._pose, self.predicted)
         self.kind = np.empty(view.depth.shape, dtype=np.uint8)
         limits = np.array([SINGLE, MEAN, ROOM, SLACK])
         alike = float(np.prod(np.minimum(view.correlation, 2 * WINDOW + 1)))

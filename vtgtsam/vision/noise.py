@@ -14,7 +14,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..camera import CameraIntrinsics
-from . import kernels
+from . import kernels, noise_kernels
 from .alignment import Evidence
 from .view import MIN_SIGMA, View
 
@@ -147,7 +147,7 @@ class DepthNoise:
     def _learn_correlation(self, residual: np.ndarray) -> None:
         """Compare pixels with their neighbours."""
         sums = np.zeros_like(self._products)
-        kernels.products(residual, LAGS, sums)
+        noise_kernels.products(residual, LAGS, sums)
         sums *= np.count_nonzero(~np.isnan(residual)) / max(float(sums[0, 0, 1]), 1e-12)
         share = 1.0 / min(self.images, LONG_MEMORY)
         self._products = (1.0 - share) * self._products + share * sums
@@ -165,7 +165,7 @@ def zones(view: View, evidence: Evidence) -> np.ndarray:
     covered = (evidence.kind == kernels.COVERED) & ~view.hand & (not view.hand_is_known)
     front[covered] = np.minimum(front, view.depth)[covered]
     zone = np.full(view.depth.shape, FAR)
-    kernels.zones(front, evidence.predicted, JUMP, STEEP / view.camera.fx, NEAR, zone)
+    noise_kernels.zones(front, evidence.predicted, JUMP, STEEP / view.camera.fx, NEAR, zone)
     return zone
 
 

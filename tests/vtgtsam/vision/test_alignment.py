@@ -9,7 +9,7 @@ from scipy.ndimage import binary_dilation, binary_erosion, laplace
 
 from vtgtsam.camera import CameraIntrinsics
 from vtgtsam.sdf.build import build_sdf
-from vtgtsam.vision import kernels
+from vtgtsam.vision import kernels, ray_kernels
 from vtgtsam.vision.alignment import CUTOFF, GRAZING, ROOM, STEP_SIGMA, Evidence, Shape, align
 from vtgtsam.vision.view import MIN_SIGMA, View, crop, noise_of
 
@@ -69,7 +69,7 @@ def predicted(shape, T_co):
     T_oc = T_co.inverse()
     camera = np.array([CAMERA.fx, CAMERA.fy, CAMERA.cx, CAMERA.cy])
     R_oc, t_oc = T_oc.rotation().matrix(), T_oc.translation()
-    kernels.render(*shape.grid, shape.box, camera, R_oc, t_oc, depth)
+    ray_kernels.render(*shape.grid, shape.box, camera, R_oc, t_oc, depth)
     return depth
 
 

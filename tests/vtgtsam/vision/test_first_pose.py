@@ -7,7 +7,7 @@ import pytest
 
 from vtgtsam import adds, load_object
 from vtgtsam.camera import CameraIntrinsics
-from vtgtsam.vision import kernels
+from vtgtsam.vision import ray_kernels
 from vtgtsam.vision.alignment import Shape
 from vtgtsam.vision.first_pose import candidates, judge, orientations
 from vtgtsam.vision.view import View
@@ -26,7 +26,7 @@ def seen(obj, T_co, rng, covered=0):
     camera = np.array([CAMERA.fx, CAMERA.fy, CAMERA.cx, CAMERA.cy])
     shape = Shape(obj.sdf)
     pose = (T_oc.rotation().matrix(), np.asarray(T_oc.translation()))
-    kernels.render(*shape.grid, shape.box, camera, *pose, depth)
+    ray_kernels.render(*shape.grid, shape.box, camera, *pose, depth)
     depth = np.where(depth < np.inf, depth + rng.normal(0.0, 0.001, depth.shape), 0.0)
     hand = np.zeros(depth.shape, dtype=bool)
     hand[:, :covered] = True
