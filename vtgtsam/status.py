@@ -71,7 +71,7 @@ def visual_weight(
 ) -> float:
     """How much the visual pose counts after its Welsch loss, in [0, 1]: rho' = 1 - rho / theta.
 
-    That of one image, whose loss in the graph is ``images_alike`` times smaller.
+    As if it counted alone: beside images that err alike its loss in the graph is ``images_alike`` times smaller.
     """
     if visual is None:
         return 0.0

@@ -59,12 +59,16 @@ def run(*arguments: object) -> tuple[object, str]:
 
 def command(*arguments: object) -> str:
     """Run the command line in this process; answers with what is wrong."""
-    code, text = run(*arguments)
+    return judged(arguments[0], *run(*arguments))
+
+
+def judged(name: object, code: object, text: str) -> str:
+    """What is wrong with how a command ended and with what it printed."""
     print(text)
     if "Traceback" in text:
-        return f"{arguments[0]} shows a traceback:\n{text[-3000:]}"
+        return f"{name} shows a traceback:\n{text[-3000:]}"
     if code not in (0, 1, 2, 3):
-        return f"{arguments[0]} ends with code {code}"
+        return f"{name} ends with code {code}"
     if not all(line.isprintable() for line in text.splitlines()) or "\x1b" in text:
-        return f"{arguments[0]} prints control characters: {text[-1000:]!r}"
+        return f"{name} prints control characters: {text[-1000:]!r}"
     return ""

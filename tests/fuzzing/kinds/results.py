@@ -13,7 +13,7 @@ from vtgtsam import evaluate
 from vtgtsam.evaluation import report
 from vtgtsam.evaluation.tables import make_tables
 
-from .kind import Kind, command, library
+from .kind import Kind, command, judged, library, run
 
 _RESULTS = (
     "metrics.parquet", "sequences.csv", "config.yaml", "estimates/whole.parquet", "metrics/whole.parquet",
@@ -41,11 +41,9 @@ def _use_results(path: Path, folder: Path, rng: np.random.Generator) -> str:
     if problem or rng.random() < 0.8:
         return problem
     options = ("--out", results, "--methods", "vis,vis+pen", "--force")
-    problem = command("evaluate", folder / "whole.mcap", *options)
-    again = (
-        results / "summary.csv"
-    )  # gone where it refused: a file that it does not know is in the way
-    if not problem and again.exists() and again.read_bytes() != whole:
+    code, text = run("evaluate", folder / "whole.mcap", *options)
+    problem = judged("evaluate", code, text)
+    if not problem and code == 0 and (results / "summary.csv").read_bytes() != whole:
         problem = "evaluating again does not make the damaged folder good"
     return problem
 
