@@ -46,6 +46,8 @@ class FrameInformation(NamedTuple):
     @property
     def offsets_share(self) -> float:
         """Mean share of the variances S^-1 that the offsets make, in [0, 1]; 0 where nothing is said."""
+        if not self.pull.any():
+            return 0.0
         inverse = known_inverse(self.information)
         known = np.trace(inverse @ self.information)
         made = np.trace(inverse @ (self.information - self.noise))

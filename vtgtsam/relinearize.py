@@ -81,8 +81,8 @@ def solved_again(
         assert frame.T_wo_visual is not None
         says = says.plus(vision_information(visual, values, prior, frame.T_wo_visual))
     T_ho, knowledge = values.atPose3(OBJECT), expected.posterior(says)
-    share = hand.says.offsets_share if prior.joints_uncertain else 0.0
-    after = Belief(frame.time, T_ho, knowledge, refused, seen_at(before, frame), share)
+    seen, share = seen_at(before, frame), hand.says.offsets_share
+    after = Belief(frame.time, T_ho, knowledge, refused, seen, share)
     return past._replace(before=before, after=after, hand=hand), weight
 
 

@@ -102,8 +102,8 @@ class FrameSolver:
         knowledge = fused(says) if expected is None else expected.posterior(says)
         refused = refused_since(before, frame, fit.visual_weight, self._config)
         kept = knowledge if self._config.memory else None
-        share = hand.offsets_share if prior.joints_uncertain else 0.0
-        belief = Belief(frame.time, fit.T_ho, kept, refused, seen_at(before, frame), share)
+        seen = seen_at(before, frame)
+        belief = Belief(frame.time, fit.T_ho, kept, refused, seen, hand.offsets_share)
         return Solved(fit, hand, knowledge, belief)
 
     def linearized_hand(

@@ -109,8 +109,10 @@ def test_how_many_images_one_counts_as():
 @pytest.mark.parametrize("known", [6, 3, 0])
 def test_the_share_that_offsets_make_is_that_of_what_is_said(known):
     information = np.diag([1e4] * known + [0.0] * (6 - known))
-    says = FrameInformation(information, np.zeros(6), np.zeros((6, 6)), 0.75 * information)
+    pull = np.sqrt(0.25 * information)  # of six offsets with variance 1
+    says = FrameInformation(information, np.zeros(6), pull, 0.75 * information)
     assert says.offsets_share == pytest.approx(0.25 if known else 0.0)
+    assert says._replace(pull=np.zeros((6, 6)), noise=information).offsets_share == 0.0
 
 
 @pytest.mark.parametrize(
