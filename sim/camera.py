@@ -13,6 +13,7 @@ import gtsam
 import numpy as np
 
 from vtgtsam.camera import CameraIntrinsics
+from vtgtsam.rays import RayCaster, RayGrid
 
 if TYPE_CHECKING:
     import mujoco
@@ -25,7 +26,7 @@ VISIBLE_GROUPS = (0, 1, 2)  # the geom groups MuJoCo shows by default; contact-o
 
 
 class DepthCamera:
-    """Depth images of a MuJoCo scene by ``mj_multiRay``.
+    """Depth images of a MuJoCo scene by ray casting.
 
     Rays meet exact surfaces: a mesh geom is seen as its triangles, so the object's true mesh must be in one
     of ``groups`` and the convex parts made for contact in none.
@@ -42,14 +43,9 @@ class DepthCamera:
         intrinsics: CameraIntrinsics,
         groups: tuple[int, ...] = VISIBLE_GROUPS,
     ) -> None:
-        self.model = model
         self.intrinsics = intrinsics
-        self._groups = np.isin(np.arange(6), groups).astype(np.uint8)
+        self._caster = RayCaster(model, groups, as_multi_ray=True)
         self._rays_c = intrinsics.rays().reshape(-1, 3)
-        # Distances count along the ray, and the longest is the one to a corner of the image.
-        self._cutoff = MAX_RANGE * float(np.linalg.norm(self._rays_c, axis=1).max())
-        self._geom = np.empty(len(self._rays_c), dtype=np.int32)
-        self._depth = np.empty(len(self._rays_c))
 
     def render(self, data: mujoco.MjData, T_wc: gtsam.Pose3) -> tuple[np.ndarray, np.ndarray]:
         """The exact image at the poses ``data`` holds (after ``mj_kinematics``).
@@ -58,28 +54,14 @@ class DepthCamera:
             Depth [m], 0 where nothing is within range, and the geom seen, -1 where none; each of shape
             (height, width).
         """
-        import mujoco
-
-        rays_w = self._rays_c @ T_wc.rotation().matrix().T
-        # A ray of depth 1 m: MuJoCo's distance counts in lengths of the ray, so it is the depth itself.
-        mujoco.mj_multiRay(
-            self.model,
-            data,
-            T_wc.translation(),
-            rays_w.ravel(),
-            self._groups,
-            1,
-            -1,
-            self._geom,
-            self._depth,
-            None,
-            len(rays_w),
-            self._cutoff,
-        )
+        R_wc = T_wc.rotation().matrix()
+        rays = RayGrid.image(self.intrinsics, R_wc, self._rays_c @ R_wc.T)
+        # A ray of depth 1 m: distance counts in lengths of the ray, so it is the depth itself.
+        met = self._caster.cast(data, np.asarray(T_wc.translation()), rays)
         shape = (self.intrinsics.height, self.intrinsics.width)
-        seen = (self._geom >= 0) & (self._depth <= MAX_RANGE)
-        depth = np.where(seen, self._depth, 0.0).reshape(shape)
-        return depth, np.where(seen, self._geom, -1).reshape(shape)
+        seen = (met.geom >= 0) & (met.distance <= MAX_RANGE)
+        depth = np.where(seen, met.distance, 0.0).reshape(shape)
+        return depth, np.where(seen, met.geom, -1).reshape(shape)
 
 
 def depth_sigma(depth: np.ndarray) -> np.ndarray:

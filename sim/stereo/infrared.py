@@ -16,6 +16,7 @@ import mujoco
 import numpy as np
 
 from vtgtsam.camera import CameraIntrinsics
+from vtgtsam.rays import RayCaster, RayGrid
 
 from ..camera import VISIBLE_GROUPS
 from . import kernels, rig
@@ -44,10 +45,9 @@ class InfraredCamera:
         self, model: mujoco.MjModel, intrinsics: CameraIntrinsics, right: float = 0.0
     ) -> None:
         self.model, self.intrinsics, self._right = model, intrinsics, right
+        self._caster = RayCaster(model, VISIBLE_GROUPS, as_multi_ray=True)
         self._rays_c = intrinsics.rays().reshape(-1, 3)
-        self._groups = np.isin(np.arange(6), VISIBLE_GROUPS).astype(np.uint8)
         self._albedo = albedo(model)
-        self._far = FAR * float(np.linalg.norm(self._rays_c, axis=1).max())
 
     def render(self, data: mujoco.MjData, T_wc: gtsam.Pose3) -> np.ndarray:
         """The image without noise at the poses ``data`` holds, brightness, shape (height, width), float32.
@@ -69,25 +69,12 @@ class InfraredCamera:
         self, data: mujoco.MjData, T_wi: gtsam.Pose3
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Where the pixels' rays end [m], the normals there, each (N, 3), and the geom, -1 the table, (N,)."""
-        origin_w = np.asarray(T_wi.translation())
-        rays_w = self._rays_c @ T_wi.rotation().matrix().T
-        geom, distance, normals_w = self._cast(data, origin_w, rays_w, self._far)
-        points_w = np.empty_like(rays_w)
-        kernels.meet_table(origin_w, rays_w, -TABLE_BELOW, FAR, geom, distance, normals_w, points_w)
-        return points_w, normals_w, geom
-
-    def _cast(
-        self, data: mujoco.MjData, origin_w: np.ndarray, rays_w: np.ndarray, cutoff: float
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Geom (-1: none), distance in lengths of the ray, and normal of the first hit of each ray."""
-        count = len(rays_w)
-        geom, distance = np.empty(count, dtype=np.int32), np.empty(count)
-        normals_w = np.zeros(3 * count)
-        mujoco.mj_multiRay(
-            self.model, data, origin_w, rays_w.ravel(), self._groups, 1, -1,
-            geom, distance, normals_w, count, cutoff,
-        )  # fmt: skip
-        return geom, distance, normals_w.reshape(-1, 3)
+        origin_w, R_wi = np.asarray(T_wi.translation()), T_wi.rotation().matrix()
+        rays = RayGrid.image(self.intrinsics, R_wi, self._rays_c @ R_wi.T)
+        met = self._caster.cast(data, origin_w, rays)
+        points_w = np.empty_like(rays.rays_w)
+        kernels.meet_table(origin_w, rays.rays_w, -TABLE_BELOW, FAR, *met, points_w)
+        return points_w, met.normals_w, met.geom
 
     def _projected(
         self, data: mujoco.MjData, T_wp: gtsam.Pose3, points_w: np.ndarray, normals_w: np.ndarray
@@ -98,12 +85,22 @@ class InfraredCamera:
         reached = np.flatnonzero(dots > DARK)  # most of a surface lies between dots
         if len(reached) == 0:
             return light
-        origin_w = np.asarray(T_wp.translation())
+        origin_w, R_wp = np.asarray(T_wp.translation()), T_wp.rotation().matrix()
         ways_w = points_w[reached] - origin_w
-        depth = ways_w @ T_wp.rotation().matrix()[:, 2]
+        depth = ways_w @ R_wp[:, 2]
         length = np.linalg.norm(ways_w, axis=1)
         facing = np.maximum(-(ways_w * normals_w[reached]).sum(axis=1) / length, 0.0)
-        geom, first, _ = self._cast(data, origin_w, ways_w, float(length.max()))
-        lit = (geom < 0) | ((1.0 - first) * length < SHADOW_SLACK)
+        first = self._first(data, origin_w, R_wp, ways_w)
+        lit = (1.0 - first) * length < SHADOW_SLACK
         light[reached] = dots[reached] * facing * lit * (REFERENCE_DEPTH / depth) ** 2
         return light
+
+    def _first(
+        self, data: mujoco.MjData, origin_w: np.ndarray, R_wp: np.ndarray, ways_w: np.ndarray
+    ) -> np.ndarray:
+        """Share of each way (N, 3) from the projector after which it meets something, inf if never, shape (N,)."""
+        rays, order = RayGrid.sort(R_wp, ways_w, self.intrinsics.fx)
+        met = self._caster.cast(data, origin_w, rays)
+        first = np.empty(len(ways_w))
+        first[order] = np.where(met.geom >= 0, met.distance, np.inf)
+        return first

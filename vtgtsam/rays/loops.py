@@ -1,0 +1,208 @@
+# SPDX-License-Identifier: MIT
+"""The loops over geoms and rays: each geom is looked for only by the rays that pass its outline.
+
+Rays from one point are sorted by the cell of an image that they pass, row by row: those of cell (v, u) are
+``starts[v, u]`` to ``starts[v, u + 1]``. The image's ``grid`` is fx, fy, cx, cy and how far from its cell's middle
+a ray may pass [cells]. A ray meets a geom only where it passes its ``ball`` too: middle from the rays' origin and
+square of the radius. What is nearest so far is in ``geom``, ``distance`` (-1: nothing) and ``normals_w``.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..compiled import compiled, inlined
+from . import solids
+from .solids import BOX, CAPSULE, MESH, SPHERE, Vector
+from .triangle import BESIDE, cross, dot, inside, meet_plane, plane_of_ray
+
+Whole = NDArray[np.int64]
+SLACK = 1e-6  # [cells], of an outline
+NEAR = 1e-6  # [m], what has a part this side of it has no outline
+
+
+@inlined
+def project(
+    t: Vector, R: Vector, x: float, y: float, z: float, R_wc: Vector, grid: Vector, out: Vector
+) -> None:
+    """Fill ``out`` with cell (u, v) and depth [m] of (x, y, z) in a frame of pose R, t; t from the rays' origin."""
+    for i in range(3):
+        out[i] = 0.0
+    for j in range(3):
+        at_w = t[j] + R[j, 0] * x + R[j, 1] * y + R[j, 2] * z
+        for i in range(3):
+            out[i] += R_wc[j, i] * at_w
+    if out[2] > NEAR:
+        out[0] = grid[0] * out[0] / out[2] + grid[2]
+        out[1] = grid[1] * out[1] / out[2] + grid[3]
+
+
+@inlined
+def open_outline(box: Vector) -> None:
+    """Make an outline (u low, high, v low, high) an empty one."""
+    box[0], box[1], box[2], box[3] = np.inf, -np.inf, np.inf, -np.inf
+
+
+@inlined
+def extend(box: Vector, at: Vector) -> None:
+    """Let an outline reach a point (u, v, depth); everywhere if that is not in front."""
+    if at[2] > NEAR:
+        box[0], box[1] = min(box[0], at[0]), max(box[1], at[0])
+        box[2], box[3] = min(box[2], at[1]), max(box[3], at[1])
+    else:
+        box[0], box[1], box[2], box[3] = -np.inf, np.inf, -np.inf, np.inf
+
+
+@inlined
+def cells(low: float, high: float, spread: float, count: int) -> tuple[int, int]:
+    """The cells [first, end) of a row or column between two places."""
+    first = np.ceil(min(max(low - spread - SLACK, 0.0), float(count)))
+    end = np.floor(min(max(high + spread + SLACK, -1.0), float(count - 1))) + 1.0
+    return int(first), int(end)
+
+
+@inlined
+def is_nearer(x: float, before: float, ray: Vector, ball: Vector) -> bool:
+    """Whether something met at distance x is nearer than what was met before, and the ray passes the ball."""
+    if x < 0.0 or 0.0 <= before <= x:
+        return False
+    if ball[3] == np.inf:
+        return True
+    b = -(ray[0] * ball[0] + ray[1] * ball[1] + ray[2] * ball[2])
+    return solids.first_root(dot(ray, ray), b, dot(ball, ball) - ball[3]) >= 0.0
+
+
+@compiled
+def cast_solid(
+    number: int, kind: int, size: Vector, R_wg: Vector, p_g: Vector, box: Vector, grid: Vector, ball: Vector,
+    origin_w: Vector, t_wg: Vector, rays_w: Vector, starts: Whole,
+    geom: NDArray[np.int32], distance: Vector, normals_w: Vector,
+) -> None:  # fmt: skip
+    """Let the rays from ``p_g`` in the solid's frame that pass the outline ``box`` meet solid ``number``."""
+    r, n = np.empty(3), np.empty(3)
+    difference = origin_w - t_wg
+    c = dot(difference, difference) - solids.bounding_radius_squared(kind, size)
+    left, right = cells(box[0], box[1], grid[4], starts.shape[1] - 1)
+    top, bottom = cells(box[2], box[3], grid[4], starts.shape[0])
+    for row in range(top, bottom):
+        for k in range(starts[row, left], starts[row, right]):
+            ray = rays_w[k]
+            x, face = solids.first_root(dot(ray, ray), dot(ray, difference), c), 0
+            if x < 0.0:
+                continue
+            if kind != SPHERE:
+                for i in range(3):
+                    r[i] = R_wg[0, i] * ray[0] + R_wg[1, i] * ray[1] + R_wg[2, i] * ray[2]
+                if kind == BOX:
+                    x, face = solids.meet_box(size, p_g, r)
+                elif kind == CAPSULE:
+                    x, face = solids.meet_capsule(size, p_g, r)
+                else:
+                    x, face = solids.meet_cylinder(size, p_g, r)
+            if is_nearer(x, distance[k], ray, ball):
+                geom[k], distance[k] = number, x
+                if kind == SPHERE:
+                    for i in range(3):
+                        n[i] = origin_w[i] + ray[i] * x - t_wg[i]
+                    solids.normalise(n)
+                    for i in range(3):
+                        normals_w[k, i] = n[i]
+                else:
+                    solids.solid_normal(kind, size, p_g, r, x, face, n)
+                    for i in range(3):
+                        normals_w[k, i] = dot(R_wg[i], n)
+
+
+@compiled
+def cast_mesh(
+    number: int, vertices: NDArray[np.float32], faces: NDArray[np.int32], R_wg: Vector, p_g: Vector,
+    grid: Vector, ball: Vector, R_wc: Vector, from_origin: Vector, rays_w: Vector, starts: Whole,
+    geom: NDArray[np.int32], distance: Vector, normals_w: Vector,
+) -> None:  # fmt: skip
+    """Let rays from ``p_g`` in the mesh's frame meet mesh ``number``, of ``vertices`` (V, 3) and ``faces`` (F, 3)."""
+    at, box = np.empty((len(vertices), 3)), np.empty(4)
+    for m in range(len(vertices)):
+        v = vertices[m]
+        project(from_origin, R_wg, v[0], v[1], v[2], R_wc, grid, at[m])
+    r, b0, b1, n = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
+    corners, ways, edges = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
+    for f in range(len(faces)):
+        open_outline(box)
+        for i in range(3):
+            extend(box, at[faces[f, i]])
+        left, right = cells(box[0], box[1], grid[4], starts.shape[1] - 1)
+        top, bottom = cells(box[2], box[3], grid[4], starts.shape[0])
+        if left >= right or top >= bottom:
+            continue
+        scale = 0.0
+        for i in range(3):
+            for j in range(3):
+                corners[i, j] = vertices[faces[f, i], j]
+                ways[i, j] = corners[i, j] - p_g[j]
+            scale = max(scale, dot(ways[i], ways[i]))
+        for i in range(3):
+            cross(ways[i], ways[(i + 1) % 3], edges[i])
+        for row in range(top, bottom):
+            for k in range(starts[row, left], starts[row, right]):
+                ray = rays_w[k]
+                for i in range(3):
+                    r[i] = R_wg[0, i] * ray[0] + R_wg[1, i] * ray[1] + R_wg[2, i] * ray[2]
+                e0, e1, e2 = dot(r, edges[0]), dot(r, edges[1]), dot(r, edges[2])
+                beside = BESIDE * scale * (abs(r[0]) + abs(r[1]) + abs(r[2]))
+                if min(e0, e1, e2) < -beside and max(e0, e1, e2) > beside:
+                    continue  # on both sides of the edges, so outside
+                plane_of_ray(r, b0, b1)
+                if not inside(corners, p_g, b0, b1):
+                    continue
+                x = meet_plane(corners, p_g, r, b0, b1, n)
+                if is_nearer(x, distance[k], ray, ball):
+                    geom[k], distance[k] = number, x
+                    solids.normalise(n)
+                    for i in range(3):
+                        normals_w[k, i] = dot(R_wg[i], n)
+
+
+@compiled
+def cast(
+    geoms: Whole, kinds: NDArray[np.int32], sizes: Vector, boxes: Vector, positions_w: Vector, rotations: Vector,
+    meshes: Whole, vertices: NDArray[np.float32], faces: NDArray[np.int32],
+    balls: Vector, origin_w: Vector, R_wc: Vector, grid: Vector, rays_w: Vector, starts: Whole,
+    geom: NDArray[np.int32], distance: Vector, normals_w: Vector,
+) -> None:  # fmt: skip
+    """Let rays meet all geoms of some numbers; arrays by geom are MuJoCo's.
+
+    ``boxes`` (G, 6) are middle and half the sides of the boxes around geoms, ``meshes`` (G, 4) where the vertices
+    and faces of a geom's mesh begin and end.
+    """
+    at, box, p_g = np.empty(3), np.empty(4), np.empty(3)
+    geom[:] = -1
+    distance[:] = -1.0
+    normals_w[:] = 0.0
+    for number in geoms:
+        R_wg = rotations[number]
+        from_origin = positions_w[number] - origin_w
+        difference = origin_w - positions_w[number]
+        for i in range(3):
+            p_g[i] = (
+                R_wg[0, i] * difference[0] + R_wg[1, i] * difference[1] + R_wg[2, i] * difference[2]
+            )
+        if kinds[number] == MESH:
+            v0, v1, f0, f1 = meshes[number]
+            cast_mesh(
+                number, vertices[v0:v1], faces[f0:f1], R_wg, p_g, grid, balls[number], R_wc, from_origin,
+                rays_w, starts, geom, distance, normals_w,
+            )  # fmt: skip
+            continue
+        open_outline(box)
+        for corner in range(8):
+            x = boxes[number, 0] + (boxes[number, 3] if corner & 1 else -boxes[number, 3])
+            y = boxes[number, 1] + (boxes[number, 4] if corner & 2 else -boxes[number, 4])
+            z = boxes[number, 2] + (boxes[number, 5] if corner & 4 else -boxes[number, 5])
+            project(from_origin, R_wg, x, y, z, R_wc, grid, at)
+            extend(box, at)
+        cast_solid(
+            number, kinds[number], sizes[number], R_wg, p_g, box, grid, balls[number], origin_w,
+            positions_w[number],
+            rays_w, starts, geom, distance, normals_w,
+        )  # fmt: skip
