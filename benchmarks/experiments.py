@@ -9,8 +9,9 @@
 
 Five robots (or, where they are perfect, seeds) each make a fifth of a dataset: one grasp of each object. An imperfect
 one is judged as it is and after calibrating on five grasps of built-in objects. A part is one condition, dataset and
-robot, and takes 10 to 20 minutes of two cores; what is there is not made again, so the same call goes on where an
-earlier one stopped, and parts may be asked for one by one.
+robot; what is there is not made again, so the same call goes on where an earlier one stopped, and parts may be asked
+for one by one. A perfect robot and the imperfect one of the same number grasp alike: asked for together, both are
+recorded from one simulation.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from sim.datasets import generate
+from sim.datasets import generate, generate_alike
 from sim.sequence import Settings
 from vtgtsam import Calibration, calibrate, evaluate
 from vtgtsam.evaluation.consistency import LEVELS, covered
@@ -68,14 +69,29 @@ class Part:
         """Whether camera and joints are off."""
         return self.condition.endswith("-robot")
 
-    def settings(self, seed: int, dataset: str, ycb: str | None) -> Settings:
+    @property
+    def camera(self) -> str:
+        """Which camera looks on."""
+        return self.condition.removesuffix("-robot")
+
+    def __str__(self) -> str:
+        return f"{self.condition} {self.dataset} robot {self.robot}"
+
+    def settings(self) -> Settings:
         """How its recordings are made."""
+        return self._settings(self.dataset, FIRST + self.robot, self.ycb)
+
+    def calibrating(self) -> Settings:
+        """How the grasps on which its robot is calibrated are recorded."""
+        return self._settings("vary", FIRST + 100 + self.robot, None)
+
+    def _settings(self, dataset: str, seed: int, ycb: str | None) -> Settings:
         return Settings(
             dataset,
             seed=seed,
             tracker="depth-hand",
             ycb=ycb,
-            camera=self.condition.removesuffix("-robot"),
+            camera=self.camera,
             robot=FIRST + self.robot if self.is_imperfect else None,
         )
 
@@ -86,20 +102,29 @@ class Part:
 
 def run(parts: Sequence[Part], objects: Sequence[str], out: Path, jobs: int) -> None:
     """Make what is missing of some parts, and the tables of all that is there."""
-    for part in parts:
-        print(f"{part.condition}, {part.dataset}, robot {part.robot}", flush=True)
-        make(part, objects, out, jobs)
+    for alike in filmed_together(parts):
+        print(", ".join(map(str, alike)), flush=True)
+        runs = {part.folder(out) / "recordings": part.settings() for part in alike}
+        generate_alike(runs, objects, 1, [1.0], jobs)
+        for part in alike:
+            judge(part, out, jobs)
     rows = list(summarised(out))
     save("experiments", table(rows), {"rows": rows}, {})
 
 
-def make(part: Part, objects: Sequence[str], out: Path, jobs: int) -> None:
-    """Recordings and evaluations of one part."""
+def filmed_together(parts: Sequence[Part]) -> list[list[Part]]:
+    """The parts, put together where the same happens and is seen."""
+    groups: dict[tuple[object, ...], list[Part]] = {}
+    for part in parts:
+        groups.setdefault((part.camera, part.dataset, part.robot, part.ycb), []).append(part)
+    return list(groups.values())
+
+
+def judge(part: Part, out: Path, jobs: int) -> None:
+    """Evaluations of one part's recordings."""
     folder = part.folder(out)
-    settings = part.settings(FIRST + part.robot, part.dataset, part.ycb)
-    generate(settings, objects, 1, [1.0], folder / "recordings", jobs)
     evaluate([folder / "recordings"], METHODS, "tuned", folder / "as_it_is", jobs=jobs)
-    calibration = calibrated(part, folder, jobs) if part.is_imperfect else None
+    calibration = calibrated(part, out, jobs) if part.is_imperfect else None
     if calibration is not None:
         evaluate(
             [folder / "recordings"],
@@ -111,15 +136,18 @@ def make(part: Part, objects: Sequence[str], out: Path, jobs: int) -> None:
         )
 
 
-def calibrated(part: Part, folder: Path, jobs: int) -> Calibration | None:
-    """The robot's calibration from grasps of its own; None, and said so, where these are of no use."""
+def calibrated(part: Part, out: Path, jobs: int) -> Calibration | None:
+    """The robot's calibration from grasps of its own; None, and said so, where these are of no use.
+
+    It is the same for both datasets.
+    """
+    folder = out / part.condition / "calibration" / f"robot_{part.robot}"
     file = folder / "calibration.yaml"
     if file.is_file():
         return Calibration.from_yaml(file)
-    settings = part.settings(FIRST + 100 + part.robot, "vary", None)
-    generate(settings, CALIBRATING, 1, [1.0], folder / "calibrating", jobs)
+    generate(part.calibrating(), CALIBRATING, 1, [1.0], folder / "recordings", jobs)
     try:
-        found = calibrate(folder / "calibrating")
+        found = calibrate(folder / "recordings")
     except CalibrationError as error:
         print(f"not calibrated: {error}", flush=True)
         return None

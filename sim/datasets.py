@@ -14,7 +14,7 @@ import io
 import json
 import logging
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import asdict, dataclass, field
 from functools import partial
@@ -27,7 +27,7 @@ from vtgtsam.evaluation.resume import code_version
 from vtgtsam.exceptions import VtgtsamError
 
 from .sampling import NotGraspable
-from .sequence import SequenceName, Settings, make_sequence, prepare
+from .sequence import UNSEEN, SequenceName, Settings, make_alike, prepare
 
 _log = logging.getLogger(__name__)
 
@@ -101,20 +101,73 @@ def generate(
         DatasetError: The folder holds sequences made with other settings.
         VtgtsamError: A worker process died.
     """
-    folder = out / settings.dataset
-    _claim(folder, settings, noise_scales)
+    return generate_alike({out: settings}, objects, grasps, noise_scales, jobs, progress)[out]
+
+
+def generate_alike(
+    runs: Mapping[Path, Settings],
+    objects: Sequence[str],
+    grasps: int,
+    noise_scales: Sequence[float],
+    jobs: int = 1,
+    progress: Progress = _silent,
+) -> dict[Path, list[Outcome]]:
+    """Several datasets of the same grasps: what happens and is seen in each of these is worked out once.
+
+    Args:
+        runs: The folder to write to and the settings of each, which differ in ``sequence.UNSEEN`` alone.
+        objects: As of ``generate``, like all others.
+        grasps: Number of sequences of each object.
+        noise_scales: Factors on the camera's noise.
+        jobs: Processes to use.
+        progress: Called after each object that was prepared and each sequence that was made.
+
+    Returns:
+        The outcomes of each folder.
+
+    Raises:
+        DatasetError: A folder holds sequences made with other settings.
+        VtgtsamError: A worker process died.
+        ValueError: The settings differ in something that is seen.
+    """
+    shared = _shared(runs.values())
+    folders = {out: out / shared.dataset for out in runs}
+    for out, folder in folders.items():
+        _claim(folder, runs[out], noise_scales)
     names = [SequenceName(name, grasp) for name in objects for grasp in range(grasps)]
-    outcomes = {name: done for name in names if (done := _done(folder, name, noise_scales))}
+    outcomes = {
+        (out, name): done
+        for name in names
+        for out, folder in folders.items()
+        if (done := _done(folder, name, noise_scales))
+    }
+    total = len(names) * len(runs)
     for count, outcome in enumerate(outcomes.values(), 1):
-        progress("sequences", count, len(names), str(outcome))
-    missing = [name for name in names if name not in outcomes]
-    unusable = _prepare_all(settings, missing, jobs, progress)
-    make = partial(_make, settings, noise_scales, folder, unusable)
-    for outcome in run_tasks(make, missing, jobs):
-        outcomes[outcome.name] = outcome
-        progress("sequences", len(outcomes), len(names), str(outcome))
-    _write_rejected(folder)
-    return [outcomes[name] for name in names]
+        progress("sequences", count, total, str(outcome))
+    missing = {name: [out for out in runs if (out, name) not in outcomes] for name in names}
+    tasks = [(name, outs) for name, outs in missing.items() if outs]
+    unusable = _prepare_all(shared, [name for name, _ in tasks], jobs, progress)
+    make = partial(_make, runs, noise_scales, unusable)
+    for made, outcome in run_tasks(make, tasks, jobs):
+        for out in made:
+            outcomes[out, outcome.name] = outcome
+            progress("sequences", len(outcomes), total, str(outcome))
+    for folder in folders.values():
+        _write_rejected(folder)
+    return {out: [outcomes[out, name] for name in names] for out in runs}
+
+
+def _shared(runs: Iterable[Settings]) -> Settings:
+    """The settings of several runs, without those that nobody sees."""
+    default = asdict(Settings(""))
+    kept = {
+        Settings(**asdict(settings) | {name: default[name] for name in UNSEEN}) for settings in runs
+    }
+    if len(kept) != 1:
+        raise ValueError(
+            f"expected settings that differ in {', '.join(UNSEEN)} alone, got {list(runs)}"
+        )
+    return kept.pop()
 
 
 def _prepare_all(
@@ -193,26 +246,32 @@ def _prepare(settings: Settings, object_name: str) -> tuple[str, str]:
 
 
 def _make(
-    settings: Settings,
+    runs: Mapping[Path, Settings],
     noise_scales: Sequence[float],
-    folder: Path,
     unusable: dict[str, str],
-    name: SequenceName,
-) -> Outcome:
-    if unusable[name.object]:
-        return Outcome(name, problem=unusable[name.object])  # may be mended, so nothing is kept
-    files = {scale: recording_path(folder, name, scale, noise_scales) for scale in noise_scales}
-    for path in files.values():  # what a killed run left; other runs may be at other sequences
-        remove_leftovers(path)
+    task: tuple[SequenceName, Sequence[Path]],
+) -> tuple[Sequence[Path], Outcome]:
+    """Make a sequence of some of the runs; these, and what became of it."""
+    name, outs = task
+    if unusable[name.object]:  # may be mended, so nothing is kept
+        return outs, Outcome(name, problem=unusable[name.object])
+    folders = {out: out / runs[out].dataset for out in outs}
     try:
         with ExitStack() as stack:
-            parts = {scale: stack.enter_context(replacing(path)) for scale, path in files.items()}
-            outcome = Outcome(name, make_sequence(settings, name, parts))
+            parts = []
+            for out, folder in folders.items():
+                files = {s: recording_path(folder, name, s, noise_scales) for s in noise_scales}
+                for path in files.values():  # what a killed run left; others may be at others
+                    remove_leftovers(path)
+                part = {s: stack.enter_context(replacing(path)) for s, path in files.items()}
+                parts.append((runs[out], part))
+            outcome = Outcome(name, make_alike(parts, name))
     except NotGraspable as error:
         outcome = Outcome(name, error.rejections, str(error))
     kept = {"rejections": outcome.rejections, "problem": outcome.problem}
-    write_text(folder / LOG / f"{name}.json", json.dumps(kept, sort_keys=True) + "\n")
-    return outcome
+    for folder in folders.values():
+        write_text(folder / LOG / f"{name}.json", json.dumps(kept, sort_keys=True) + "\n")
+    return outs, outcome
 
 
 def _write_rejected(folder: Path) -> None:

@@ -10,6 +10,7 @@ from __future__ import annotations
 import json
 import zlib
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -33,6 +34,8 @@ from .simulate import Trajectory, event_instant
 from .world import World
 
 CAMERA_NAMES = ("paper", "stereo")
+# Settings that change neither what happens nor what a camera without noise sees of it.
+UNSEEN = ("tracker", "calibration_error", "robot", "registration_error")
 
 
 @dataclass(frozen=True)
@@ -97,24 +100,38 @@ def make_sequence(settings: Settings, name: SequenceName, files: dict[float, Pat
         NotGraspable: No sample was accepted.
         NoGraphics: Images are wanted and there is nothing to draw colour ones with.
     """
+    return make_alike([(settings, files)], name)
+
+
+def make_alike(
+    runs: Sequence[tuple[Settings, dict[float, Path]]], name: SequenceName
+) -> Counter[str]:
+    """As ``make_sequence``, for several runs in which the same happens and is seen: that is worked out once.
+
+    Args:
+        runs: Settings, which differ in ``UNSEEN`` alone, and files of each run.
+        name: Which sequence.
+    """
+    seen = runs[0][0]
     with threadpool_limits(1):  # the number of threads would show in the last bits
-        world, sample = _sample(settings, name)
-        _, noise_seed, *_ = _seeds(settings, name)
-        error = calibration_error(settings, name, len(world.hand.joint_names))
-        registration = registration_error(settings, name, world)
-        video = film(settings.camera, world, sample.trajectory)
+        world, sample = _sample(seen, name)
+        video = film(seen.camera, world, sample.trajectory)
         color = None
-        if settings.images:
+        if seen.images:
             from .color import ColorVideo  # needs OpenGL
 
             color = ColorVideo(
                 world, sample.trajectory, video.color_camera, video.T_wc * video.T_dc
             )
-        for scale, path in files.items():
-            noise = Noise(scale, noise_seed)
-            take = Take(world, sample.trajectory, video, noise, error, registration, color)
-            metadata = _metadata(settings, name, world, sample, scale)
-            record(take, settings.tracker, path, metadata)
+        for settings, files in runs:
+            _, noise_seed, *_ = _seeds(settings, name)
+            error = calibration_error(settings, name, len(world.hand.joint_names))
+            registration = registration_error(settings, name, world)
+            for scale, path in files.items():
+                noise = Noise(scale, noise_seed)
+                take = Take(world, sample.trajectory, video, noise, error, registration, color)
+                metadata = _metadata(settings, name, world, sample, scale)
+                record(take, settings.tracker, path, metadata)
     return Counter(sample.rejections)
 
 

@@ -1,11 +1,13 @@
 # SPDX-License-Identifier: MIT
 """The experiments' parts and tables, on made-up evaluations."""
 
+from dataclasses import replace
+
 import numpy as np
 import pandas as pd
 import pytest
 
-from benchmarks.experiments import FIRST, METHODS, Part, summarised
+from benchmarks.experiments import CONDITIONS, FIRST, METHODS, Part, filmed_together, summarised
 
 SIZES_MM = dict(zip(METHODS, (4.0, 3.0, 2.0, 1.0), strict=True))
 
@@ -64,8 +66,24 @@ def test_robots_are_put_together_and_a_frame_without_a_pose_is_infinitely_wrong(
 
 def test_a_perfect_robot_has_no_errors_and_an_imperfect_one_always_its_own(tmp_path):
     perfect, imperfect = (Part(name, "vary", 3, None) for name in ("stereo", "stereo-robot"))
-    assert perfect.settings(7, "vary", None).robot is None
-    settings = [imperfect.settings(seed, "vary", None) for seed in (7, 8)]
+    assert perfect.settings().robot is None
+    settings = [imperfect.settings(), imperfect.calibrating()]
     assert {s.robot for s in settings} == {FIRST + 3} and {s.camera for s in settings} == {"stereo"}
-    assert Part("paper-robot", "occ", 0, None).settings(7, "occ", None).camera == "paper"
+    assert settings[0].seed != settings[1].seed
+    assert imperfect.calibrating() == Part("stereo-robot", "occ", 3, "ycb").calibrating()
+    assert Part("paper-robot", "occ", 0, None).settings().camera == "paper"
     assert perfect.folder(tmp_path) != imperfect.folder(tmp_path)
+
+
+def test_only_what_looks_the_same_is_filmed_together():
+    parts = [
+        Part(condition, dataset, robot, None)
+        for condition in CONDITIONS
+        for dataset in ("vary", "occ")
+        for robot in (0, 1)
+    ]
+    groups = filmed_together(parts)
+    assert sorted(map(str, parts)) == sorted(str(part) for group in groups for part in group)
+    assert len(groups) == len(parts) // 2
+    for perfect, imperfect in groups:
+        assert replace(imperfect.settings(), robot=None) == perfect.settings()

@@ -12,7 +12,7 @@ from short_course import FRAMES, SAMPLES, shorten
 
 import sim.record
 from sim import sequence
-from sim.datasets import DatasetError, generate
+from sim.datasets import DatasetError, generate, generate_alike
 from sim.sampling import NotGraspable
 from sim.sequence import SequenceName, Settings, make_sequence
 from vtgtsam.exceptions import MeshError
@@ -236,6 +236,37 @@ def test_more_grasps_or_objects_may_be_asked_for_later(tmp_path, spy):
     run(tmp_path, grasps=1)
     outcomes = run(tmp_path, objects=("can", "gelatin_box"), grasps=1)
     assert [outcome.reused for outcome in outcomes] == [False, True]
+
+
+def test_runs_that_see_the_same_are_filmed_once_and_each_is_as_if_made_alone(tmp_path, monkeypatch):
+    perfect = Settings("vary", camera="stereo")
+    both = {
+        tmp_path / "perfect": perfect,
+        tmp_path / "robot": dataclasses.replace(perfect, robot=3, tracker="depth-hand"),
+    }
+    generate(perfect, ["gelatin_box"], 1, [1.0], tmp_path / "alone")
+    made_before = tmp_path / "robot/vary/gelatin_box_0.mcap"
+    generate(both[tmp_path / "robot"], ["gelatin_box"], 1, [1.0], tmp_path / "robot")
+    alone = [(tmp_path / "alone/vary/gelatin_box_0.mcap").read_bytes(), made_before.read_bytes()]
+    made_before.unlink()
+    films, film = [], sequence.film
+    monkeypatch.setattr(sequence, "film", lambda *args: films.append(args) or film(*args))
+    outcomes = generate_alike(both, ["gelatin_box"], 1, [1.0])
+    assert len(films) == 1
+    assert [(out / "vary/gelatin_box_0.mcap").read_bytes() for out in both] == alone
+    made_before.unlink()
+    again = generate_alike(both, ["gelatin_box"], 1, [1.0])
+    assert made_before.read_bytes() == alone[1]
+    assert list(outcomes) == list(again) == list(both)
+    assert [again[out][0].reused for out in both] == [True, False]
+
+
+@pytest.mark.parametrize("change", [{"seed": 1}, {"camera": "stereo"}, {"event": "drop"}])
+def test_runs_that_see_something_else_are_not_filmed_together(tmp_path, change):
+    perfect = Settings("vary")
+    with pytest.raises(ValueError, match="expected settings that differ in tracker, .* alone, got"):
+        runs = {tmp_path / "a": perfect, tmp_path / "b": dataclasses.replace(perfect, **change)}
+        generate_alike(runs, ["gelatin_box"], 1, [1.0])
 
 
 def test_a_run_killed_in_the_middle_of_a_sequence_goes_on_and_gives_the_same_files(
