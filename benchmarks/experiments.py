@@ -10,7 +10,7 @@
 Five robots (or, where they are perfect, seeds) each make a fifth of a dataset: one grasp of each object. An imperfect
 one is judged as it is and after calibrating on five grasps of built-in objects. A part is one condition, dataset and
 robot; what is there is not made again, so the same call goes on where an earlier one stopped, and parts may be asked
-for one by one. A perfect robot and the imperfect one of the same number grasp alike: asked for together, both are
+for one by one. Under all conditions a robot of the same number grasps alike: those that are asked for together are
 recorded from one simulation.
 """
 
@@ -69,11 +69,6 @@ class Part:
         """Whether camera and joints are off."""
         return self.condition.endswith("-robot")
 
-    @property
-    def camera(self) -> str:
-        """Which camera looks on."""
-        return self.condition.removesuffix("-robot")
-
     def __str__(self) -> str:
         return f"{self.condition} {self.dataset} robot {self.robot}"
 
@@ -91,7 +86,7 @@ class Part:
             seed=seed,
             tracker="depth-hand",
             ycb=ycb,
-            camera=self.camera,
+            camera=self.condition.removesuffix("-robot"),
             robot=FIRST + self.robot if self.is_imperfect else None,
         )
 
@@ -102,7 +97,7 @@ class Part:
 
 def run(parts: Sequence[Part], objects: Sequence[str], out: Path, jobs: int) -> None:
     """Make what is missing of some parts, and the tables of all that is there."""
-    for alike in filmed_together(parts):
+    for alike in simulated_together(parts):
         print(", ".join(map(str, alike)), flush=True)
         runs = {part.folder(out) / "recordings": part.settings() for part in alike}
         generate_alike(runs, objects, 1, [1.0], jobs)
@@ -112,11 +107,11 @@ def run(parts: Sequence[Part], objects: Sequence[str], out: Path, jobs: int) -> 
     save("experiments", table(rows), {"rows": rows}, {})
 
 
-def filmed_together(parts: Sequence[Part]) -> list[list[Part]]:
-    """The parts, put together where the same happens and is seen."""
+def simulated_together(parts: Sequence[Part]) -> list[list[Part]]:
+    """The parts, put together where the same happens."""
     groups: dict[tuple[object, ...], list[Part]] = {}
     for part in parts:
-        groups.setdefault((part.camera, part.dataset, part.robot, part.ycb), []).append(part)
+        groups.setdefault((part.dataset, part.robot, part.ycb), []).append(part)
     return list(groups.values())
 
 

@@ -27,7 +27,7 @@ from vtgtsam.evaluation.resume import code_version
 from vtgtsam.exceptions import VtgtsamError
 
 from .sampling import NotGraspable
-from .sequence import UNSEEN, SequenceName, Settings, make_alike, prepare
+from .sequence import OF_SENSORS, SequenceName, Settings, make_alike, prepare
 
 _log = logging.getLogger(__name__)
 
@@ -112,10 +112,10 @@ def generate_alike(
     jobs: int = 1,
     progress: Progress = _silent,
 ) -> dict[Path, list[Outcome]]:
-    """Several datasets of the same grasps: what happens and is seen in each of these is worked out once.
+    """Several datasets of the same grasps, each of which is simulated once, and filmed once by each camera.
 
     Args:
-        runs: The folder to write to and the settings of each, which differ in ``sequence.UNSEEN`` alone.
+        runs: The folder to write to and the settings of each, which differ in ``sequence.OF_SENSORS`` alone.
         objects: As of ``generate``, like all others.
         grasps: Number of sequences of each object.
         noise_scales: Factors on the camera's noise.
@@ -128,7 +128,7 @@ def generate_alike(
     Raises:
         DatasetError: A folder holds sequences made with other settings.
         VtgtsamError: A worker process died.
-        ValueError: The settings differ in something that is seen.
+        ValueError: The settings differ in what happens.
     """
     shared = _shared(runs.values())
     folders = {out: out / shared.dataset for out in runs}
@@ -158,14 +158,15 @@ def generate_alike(
 
 
 def _shared(runs: Iterable[Settings]) -> Settings:
-    """The settings of several runs, without those that nobody sees."""
+    """The settings of several runs, without those of sensors."""
     default = asdict(Settings(""))
     kept = {
-        Settings(**asdict(settings) | {name: default[name] for name in UNSEEN}) for settings in runs
+        Settings(**asdict(settings) | {name: default[name] for name in OF_SENSORS})
+        for settings in runs
     }
     if len(kept) != 1:
         raise ValueError(
-            f"expected settings that differ in {', '.join(UNSEEN)} alone, got {list(runs)}"
+            f"expected settings that differ in {', '.join(OF_SENSORS)} alone, got {list(runs)}"
         )
     return kept.pop()
 

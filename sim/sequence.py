@@ -34,8 +34,8 @@ from .simulate import Trajectory, event_instant
 from .world import World
 
 CAMERA_NAMES = ("paper", "stereo")
-# Settings that change neither what happens nor what a camera without noise sees of it.
-UNSEEN = ("tracker", "calibration_error", "robot", "registration_error")
+# Settings that change nothing of what truly happens.
+OF_SENSORS = ("tracker", "camera", "calibration_error", "robot", "registration_error")
 
 
 @dataclass(frozen=True)
@@ -106,33 +106,44 @@ def make_sequence(settings: Settings, name: SequenceName, files: dict[float, Pat
 def make_alike(
     runs: Sequence[tuple[Settings, dict[float, Path]]], name: SequenceName
 ) -> Counter[str]:
-    """As ``make_sequence``, for several runs in which the same happens and is seen: that is worked out once.
+    """As ``make_sequence``, for several runs in which the same happens.
+
+    It is simulated once, and filmed once by each camera.
 
     Args:
-        runs: Settings, which differ in ``UNSEEN`` alone, and files of each run.
+        runs: Settings, which differ in ``OF_SENSORS`` alone, and files of each run.
         name: Which sequence.
     """
-    seen = runs[0][0]
     with threadpool_limits(1):  # the number of threads would show in the last bits
-        world, sample = _sample(seen, name)
-        video = film(seen.camera, world, sample.trajectory)
-        color = None
-        if seen.images:
-            from .color import ColorVideo  # needs OpenGL
-
-            color = ColorVideo(
-                world, sample.trajectory, video.color_camera, video.T_wc * video.T_dc
-            )
-        for settings, files in runs:
-            _, noise_seed, *_ = _seeds(settings, name)
-            error = calibration_error(settings, name, len(world.hand.joint_names))
-            registration = registration_error(settings, name, world)
-            for scale, path in files.items():
-                noise = Noise(scale, noise_seed)
-                take = Take(world, sample.trajectory, video, noise, error, registration, color)
-                metadata = _metadata(settings, name, world, sample, scale)
-                record(take, settings.tracker, path, metadata)
+        world, sample = _sample(runs[0][0], name)
+        for camera in dict.fromkeys(settings.camera for settings, _ in runs):
+            by_camera = [run for run in runs if run[0].camera == camera]
+            _film_and_record(by_camera, name, world, sample)
     return Counter(sample.rejections)
+
+
+def _film_and_record(
+    runs: Sequence[tuple[Settings, dict[float, Path]]],
+    name: SequenceName,
+    world: World,
+    sample: Sample,
+) -> None:
+    """Record a sequence for several runs with the same camera."""
+    video = film(runs[0][0].camera, world, sample.trajectory)
+    color = None
+    if runs[0][0].images:
+        from .color import ColorVideo  # needs OpenGL
+
+        color = ColorVideo(world, sample.trajectory, video.color_camera, video.T_wc * video.T_dc)
+    for settings, files in runs:
+        _, noise_seed, *_ = _seeds(settings, name)
+        error = calibration_error(settings, name, len(world.hand.joint_names))
+        registration = registration_error(settings, name, world)
+        for scale, path in files.items():
+            noise = Noise(scale, noise_seed)
+            take = Take(world, sample.trajectory, video, noise, error, registration, color)
+            metadata = _metadata(settings, name, world, sample, scale)
+            record(take, settings.tracker, path, metadata)
 
 
 def calibration_error(settings: Settings, name: SequenceName, joint_count: int) -> CalibrationError:

@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from benchmarks.experiments import CONDITIONS, FIRST, METHODS, Part, filmed_together, summarised
+from benchmarks.experiments import CONDITIONS, FIRST, METHODS, Part, simulated_together, summarised
 
 SIZES_MM = dict(zip(METHODS, (4.0, 3.0, 2.0, 1.0), strict=True))
 
@@ -75,15 +75,16 @@ def test_a_perfect_robot_has_no_errors_and_an_imperfect_one_always_its_own(tmp_p
     assert perfect.folder(tmp_path) != imperfect.folder(tmp_path)
 
 
-def test_only_what_looks_the_same_is_filmed_together():
+def test_only_parts_in_which_the_same_happens_are_simulated_together():
     parts = [
         Part(condition, dataset, robot, None)
         for condition in CONDITIONS
         for dataset in ("vary", "occ")
         for robot in (0, 1)
     ]
-    groups = filmed_together(parts)
+    groups = simulated_together(parts)
     assert sorted(map(str, parts)) == sorted(str(part) for group in groups for part in group)
-    assert len(groups) == len(parts) // 2
-    for perfect, imperfect in groups:
-        assert replace(imperfect.settings(), robot=None) == perfect.settings()
+    assert len(groups) == 4
+    for group in groups:
+        happens = {replace(part.settings(), robot=None, camera="paper") for part in group}
+        assert len(happens) == 1

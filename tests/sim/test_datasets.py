@@ -238,34 +238,47 @@ def test_more_grasps_or_objects_may_be_asked_for_later(tmp_path, spy):
     assert [outcome.reused for outcome in outcomes] == [False, True]
 
 
-def test_runs_that_see_the_same_are_filmed_once_and_each_is_as_if_made_alone(tmp_path, monkeypatch):
-    perfect = Settings("vary", camera="stereo")
-    both = {
-        tmp_path / "perfect": perfect,
-        tmp_path / "robot": dataclasses.replace(perfect, robot=3, tracker="depth-hand"),
+def test_runs_in_which_the_same_happens_are_simulated_once_and_each_is_as_if_made_alone(
+    tmp_path, monkeypatch
+):
+    paper = Settings("vary")
+    stereo = Settings("vary", camera="stereo", tracker="depth-hand")
+    variants = {
+        "paper": paper,
+        "stereo": stereo,
+        "paper-robot": dataclasses.replace(paper, robot=3),
+        "stereo-robot": dataclasses.replace(stereo, registration_error=True),
     }
-    generate(perfect, ["gelatin_box"], 1, [1.0], tmp_path / "alone")
-    made_before = tmp_path / "robot/vary/gelatin_box_0.mcap"
-    generate(both[tmp_path / "robot"], ["gelatin_box"], 1, [1.0], tmp_path / "robot")
-    alone = [(tmp_path / "alone/vary/gelatin_box_0.mcap").read_bytes(), made_before.read_bytes()]
-    made_before.unlink()
-    films, film = [], sequence.film
-    monkeypatch.setattr(sequence, "film", lambda *args: films.append(args) or film(*args))
-    outcomes = generate_alike(both, ["gelatin_box"], 1, [1.0])
-    assert len(films) == 1
-    assert [(out / "vary/gelatin_box_0.mcap").read_bytes() for out in both] == alone
-    made_before.unlink()
-    again = generate_alike(both, ["gelatin_box"], 1, [1.0])
-    assert made_before.read_bytes() == alone[1]
-    assert list(outcomes) == list(again) == list(both)
-    assert [again[out][0].reused for out in both] == [True, False]
+    alone = {}
+    for name, settings in variants.items():
+        generate(settings, ["gelatin_box"], 1, [1.0], tmp_path / "alone" / name)
+        alone[name] = (tmp_path / "alone" / name / "vary/gelatin_box_0.mcap").read_bytes()
+    assert len(set(alone.values())) == len(variants)
+    calls = []
+    for name in ("film", "sample_sequence"):
+        once = getattr(sequence, name)
+        monkeypatch.setattr(
+            sequence, name, lambda *args, n=name, f=once: calls.append(n) or f(*args)
+        )
+    runs = {tmp_path / name: settings for name, settings in variants.items()}
+    outcomes = generate_alike(runs, ["gelatin_box"], 1, [1.0])
+    assert sorted(calls) == ["film", "film", "sample_sequence"]
+    made = {out.name: out / "vary/gelatin_box_0.mcap" for out in runs}
+    assert {name: path.read_bytes() for name, path in made.items()} == alone
+    made["stereo"].unlink()
+    again = generate_alike(runs, ["gelatin_box"], 1, [1.0])
+    assert made["stereo"].read_bytes() == alone["stereo"]
+    assert list(outcomes) == list(again) == list(runs)
+    assert [again[out][0].reused for out in runs] == [True, False, True, True]
 
 
-@pytest.mark.parametrize("change", [{"seed": 1}, {"camera": "stereo"}, {"event": "drop"}])
-def test_runs_that_see_something_else_are_not_filmed_together(tmp_path, change):
-    perfect = Settings("vary")
+@pytest.mark.parametrize("change", [{"seed": 1}, {"hand": "fourfinger"}, {"event": "drop"}])
+def test_runs_in_which_something_else_happens_are_not_made_together(tmp_path, change):
+    runs = {
+        tmp_path / "a": Settings("vary"),
+        tmp_path / "b": dataclasses.replace(Settings("vary"), **change),
+    }
     with pytest.raises(ValueError, match="expected settings that differ in tracker, .* alone, got"):
-        runs = {tmp_path / "a": perfect, tmp_path / "b": dataclasses.replace(perfect, **change)}
         generate_alike(runs, ["gelatin_box"], 1, [1.0])
 
 
