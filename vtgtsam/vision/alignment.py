@@ -3,7 +3,8 @@
 
 The pose is judged by predicting the object's depth image at it. Each measured pixel then says one thing: it is
 the object's surface, or it shows that the camera sees through the modelled object (evidence against the pose),
-or the object is covered there (which says nothing).
+or the object is covered there (which says nothing), or, where the hand is known and cannot be what covers it, that
+the object is nearer than the pose says.
 """
 
 from __future__ import annotations
@@ -101,6 +102,7 @@ class Evidence:
                 self.predicted,
                 view.depth,
                 view.hand,
+                view.hand_depth if view.hand_is_known else np.full_like(view.hand_depth, -np.inf),
                 view.sigma,
                 view.excess,
                 alike,
@@ -109,7 +111,7 @@ class Evidence:
                 self.kind,
             )  # fmt: skip
         )
-        counts = np.bincount(self.kind.ravel(), minlength=4)
+        counts = np.bincount(self.kind.ravel(), minlength=5)
         self.outline = int(np.count_nonzero(self.predicted < np.inf))
         self.measured = int(counts[1:].sum())
         self.surface = int(counts[kernels.SURFACE])

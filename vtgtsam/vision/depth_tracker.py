@@ -88,7 +88,7 @@ class DepthTracker:
         self._noise = DepthNoise()
         self._expected: Expectation | None = None
         self._hint: gtsam.Pose3 | None = None
-        self._unseen = PATIENCE  # images that did not support the pose, since the last one that did
+        self._unseen = 0  # images that did not support the pose, since the last one that did
 
     def start(self, T_wo: gtsam.Pose3) -> None:
         """Begin a sequence at the pose of its first frame."""
@@ -96,7 +96,7 @@ class DepthTracker:
         self._hint = None
         self._search.forget()
         self._noise = DepthNoise()
-        self._unseen = PATIENCE  # a first pose that no image supports is none
+        self._unseen = 0
 
     def search_at(self, T_wo: gtsam.Pose3) -> None:
         """Look for the object near this pose, too, in the next image (see ``hand_back``).

@@ -13,10 +13,24 @@ from ..compiled import compiled
 from .ray_kernels import along, deepest, ray
 
 # What a pixel says about a pose.
-NOTHING, SURFACE, THROUGH, COVERED = 0, 1, 2, 3
+NOTHING, SURFACE, THROUGH, COVERED, NEARER = 0, 1, 2, 3, 4
+
+CLEAR = 6  # [pixels], so far from a known hand its depth does not spread; what is nearer there is the object
+REACH = 0.03  # [m], and no farther from where the pose puts it; else it is something unknown
 
 # In a thin wall the gradient is a mean of its two sides, shorter than 1 (squared): a cell or two before, it is not.
 BLURRED, BEFORE = 0.5, 1.5  # [-], [cells]
+
+
+@compiled
+def may_be_hand(hand_depth: NDArray[np.float64], u: int, v: int, predicted: float) -> bool:
+    """Whether the hand is near enough to a pixel, and in front of what is predicted there, to cover it."""
+    height, width = hand_depth.shape
+    for b in range(max(v - CLEAR, 0), min(v + CLEAR + 1, height)):
+        for a in range(max(u - CLEAR, 0), min(u + CLEAR + 1, width)):
+            if hand_depth[b, a] < predicted:
+                return True
+    return False
 
 
 @compiled
@@ -24,6 +38,7 @@ def classify(
     predicted: NDArray[np.float64],
     depth: NDArray[np.float64],
     hand: NDArray[np.bool_],
+    hand_depth: NDArray[np.float64],
     sigma: float,
     excess: NDArray[np.float64],
     alike: float,
@@ -36,18 +51,21 @@ def classify(
     A pixel whose two depths differ by more than the first limit is decided by itself. A fingertip that lies
     on the object differs less than that, but it covers several pixels side by side: for the others the mean
     difference over a window, among the undecided and weighed by their noise, must be below the second limit.
+    What is nearer than predicted covers the object, unless the hand is known and is not there: then it is the
+    object, and the pose puts it too far behind.
 
     Args:
         predicted: Depth of the object alone, inf where the pose puts no object.
         depth: Measured depth, 0 where there is none.
         hand: Where the hand is known to be: such a pixel is no surface, but one can see through it.
+        hand_depth: Depth of the hand alone [m], inf beside it; -inf everywhere for a hand that is not known.
         sigma: Standard deviation of the noise [m].
         excess: What edges add to it [m]; variances are its square, whatever its sign.
         alike: How many pixels of a window err together, on average; 1 for independent noise.
         limits: Largest difference of one pixel [sigma], of a window's mean [sigma of a pixel, if independent],
             what the pose may be off, which is added to both [m], and what a right model may be off [m].
         size: The window reaches this many pixels to each side.
-        kind: Filled with NOTHING, SURFACE, THROUGH or COVERED.
+        kind: Filled with NOTHING, SURFACE, THROUGH, COVERED or NEARER.
 
     Returns:
         Mean square of the windows' means in units of what noise and the model's error let expect, over the
@@ -62,8 +80,10 @@ def classify(
                 kind[v, u] = NOTHING
             elif difference > limit:
                 kind[v, u] = THROUGH
-            elif difference < -limit or hand[v, u]:
+            elif hand[v, u]:
                 kind[v, u] = COVERED
+            elif difference < -limit:
+                kind[v, u] = NEARER
             else:
                 kind[v, u] = SURFACE
     undecided = kind.copy()
@@ -85,11 +105,15 @@ def classify(
             if mean > limit:
                 kind[v, u] = THROUGH
             elif mean < -limit:
-                kind[v, u] = COVERED
+                kind[v, u] = NEARER
             else:
                 surface += 1
                 expected = min(alike, count) / weights + limits[3] * limits[3]
                 misfit += mean * mean / expected
+    for v in range(height):
+        for u in range(width):
+            if kind[v, u] == NEARER and may_be_hand(hand_depth, u, v, predicted[v, u]):
+                kind[v, u] = COVERED
     return misfit / max(surface, 1)
 
 
@@ -126,6 +150,8 @@ def accumulate(
     THROUGH: the error is phi at the deepest point of the ray, which must come out of the object; it has at most
     the influence of one sigma (Huber).
 
+    NEARER: the error is phi at the measured point, to which the object must come; as above.
+
     What edges add to the noise, ``excess``, is partly the same along all of them: one more unknown b, of standard
     deviation 1, with de/db = common excess g . r. Its row and column are the last, ``information`` is (7, 7) and
     ``gradient`` (7,).
@@ -133,7 +159,7 @@ def accumulate(
     direction, row = np.empty(3), np.empty(7)
     for v in range(depth.shape[0]):
         for u in range(depth.shape[1]):
-            if kind[v, u] != SURFACE and kind[v, u] != THROUGH:
+            if kind[v, u] == NOTHING or kind[v, u] == COVERED:
                 continue
             ray(camera, R_oc, u, v, direction)
             at, difference = predicted[v, u], depth[v, u] - predicted[v, u]
@@ -141,16 +167,20 @@ def accumulate(
             reach = cutoff[0] * noise + cutoff[1]
             if kind[v, u] == THROUGH:
                 at = deepest(values, lower, scale, t_oc, direction, at, depth[v, u])
+            elif kind[v, u] == NEARER:
+                at = depth[v, u]
             elif abs(difference) >= reach:
                 continue
             px = t_oc[0] + at * direction[0]
             py = t_oc[1] + at * direction[1]
             pz = t_oc[2] + at * direction[2]
             phi, gx, gy, gz = along(values, lower, scale, t_oc, direction, at)
-            if kind[v, u] == THROUGH:
-                if phi > 0.0:
+            if kind[v, u] != SURFACE:
+                if kind[v, u] == THROUGH and phi > 0.0:
                     continue  # a wall without an inside
-                error, weight, row[6] = phi, 1.0 / (noise * max(-phi, noise)), 0.0
+                if kind[v, u] == NEARER and not 0.0 < phi < REACH:
+                    continue
+                error, weight, row[6] = phi, 1.0 / (noise * max(abs(phi), noise)), 0.0
             else:
                 slope = gx * direction[0] + gy * direction[1] + gz * direction[2]
                 if slope > 0.0 or gx * gx + gy * gy + gz * gz < BLURRED:

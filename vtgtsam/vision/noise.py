@@ -83,8 +83,8 @@ class DepthNoise:
 
     @property
     def lingering(self) -> float:
-        """Share of the noise that is the same in the next image, in [0, 1]; all of it until that was seen."""
-        return max(self._share_kept(0), self.persistence) if self._kept[0, 1] > 0.0 else 1.0
+        """Share of the noise that is the same in the next image, in [0, 1]."""
+        return max(self._share_kept(0), self.persistence)
 
     @property
     def persistence(self) -> float:
@@ -92,8 +92,9 @@ class DepthNoise:
         return self._share_kept(1)
 
     def _share_kept(self, n: int) -> float:
+        """Measured, or all of it where that could not be seen yet."""
         kept, whole = self._kept[n]
-        return float(np.clip(kept / whole, 0.0, 1.0)) if whole > 0.0 else 0.0
+        return float(np.clip(kept / whole, 0.0, 1.0)) if whole > 0.0 else 1.0
 
     def learn(self, view: View, evidence: Evidence) -> None:
         """Take in what is left between a view, as it was measured, and the pose that was found in it."""

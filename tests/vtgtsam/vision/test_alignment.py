@@ -144,6 +144,75 @@ def test_pixels_of_the_hand_are_no_surface_but_can_be_seen_through(box):
     assert (kind[:30][body[:30]] == kernels.THROUGH).mean() > 0.95
 
 
+def beside_a_hand(depth, hand_depth, sigma=0.004):
+    """A view of an object and of a hand whose own depth is known, and which covers nothing where it is inf."""
+    return View(depth, depth >= hand_depth - 0.01, CAMERA, sigma, hand_depth)
+
+
+def test_what_is_nearer_and_cannot_be_the_hand_is_the_object(box):
+    depth = box_depth(T_CO)
+    body = depth < FAR
+    hand_depth = np.full(depth.shape, np.inf)
+    middle = int(np.median(np.nonzero(body)[1]))
+    hand_depth[:, :middle] = depth[:, :middle] = (
+        0.3  # a finger before the left half; its depth spreads
+    )
+    away = 0.015 * T_CO.translation() / np.linalg.norm(T_CO.translation())
+    behind = gtsam.Pose3(T_CO.rotation(), T_CO.translation() + away)
+    kind = Evidence(box, beside_a_hand(depth, hand_depth), behind).kind
+    inside = binary_erosion(body, iterations=4)
+    columns = np.arange(CAMERA.width) - middle
+    spread, clear = inside & (columns < kernels.CLEAR), inside & (columns >= kernels.CLEAR)
+    assert min(spread.sum(), clear.sum()) > 50
+    assert (kind[spread] == kernels.COVERED).all()
+    assert (kind[clear] == kernels.NEARER).all()
+    # Of a hand that is not known, any of it might be that.
+    assert (Evidence(box, view_of(depth), behind).kind != kernels.NEARER).all()
+
+
+def test_the_gradient_of_what_is_nearer_is_that_of_its_distance_by_finite_differences(ball):
+    # Each pixel's Huber loss: sigma (phi - sigma / 2) / sigma^2, with phi = |s| - radius of the measured point s.
+    sigma, center_c = 0.001, np.array([0.02, -0.01, 0.5])
+    depth = ball_depth(center_c)
+    away = 0.012 * center_c / np.linalg.norm(center_c)
+    T_co = gtsam.Pose3(gtsam.Rot3(), center_c + away)
+    beside = np.full(depth.shape, np.inf)
+    beside[0, 0] = 0.6  # a known hand, elsewhere
+    seen = Evidence(ball, beside_a_hand(depth, beside, sigma), T_co)
+    used = seen.kind == kernels.NEARER
+    assert used.sum() > 500
+    points_c = (CAMERA.rays() * depth[..., None])[used]
+
+    def loss(T):
+        phi = np.linalg.norm(points_c - T.translation(), axis=1) - RADIUS
+        used_phi = phi[(phi > 0.0) & (phi < kernels.REACH)]
+        return ((used_phi - sigma / 2) / sigma).sum()
+
+    depth[~used] = 0.0
+    _, gradient = Evidence(ball, beside_a_hand(depth, beside, sigma), T_co).normal_equations()
+    h = 1e-6
+    expected = [
+        (loss(T_co.retract(h * e)) - loss(T_co.retract(-h * e))) / (2 * h) for e in np.eye(6)[3:]
+    ]
+    np.testing.assert_allclose(
+        gradient[3:], expected, rtol=0.02, atol=0.02 * np.abs(expected).max()
+    )
+
+
+def test_an_object_far_nearer_than_thought_is_found_where_the_hand_is_known(box):
+    # 25 mm off no pixel is the surface any more: without the hand all of it could be a hand's.
+    away = 0.025 * T_CO.translation() / np.linalg.norm(T_CO.translation())
+    start = gtsam.Pose3(T_CO.rotation(), T_CO.translation() + away)
+    depth = box_depth(T_CO)
+    hand_depth = np.full(depth.shape, np.inf)
+    hand_depth[0, 0] = 0.6
+    known = align(box, beside_a_hand(depth, hand_depth), start, iterations=15)
+    unknown = align(box, view_of(depth), start, iterations=15)
+    left = [np.linalg.norm(T.translation() - T_CO.translation()) for T in (known, unknown)]
+    assert left[0] < 0.002
+    assert left[1] > 0.02
+
+
 def test_normal_equations_are_those_of_the_plane_distances_by_finite_differences(box):
     # e = (z - d) g . r on the box's flat faces, with d and g . r by geometry, weights as documented.
     xi = np.array([0.004, -0.006, 0.005, 0.001, -0.0005, 0.0005])

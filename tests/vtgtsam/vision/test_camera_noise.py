@@ -88,7 +88,7 @@ def test_images_of_which_other_rows_were_looked_at_are_not_compared():
         step = 1 + n // 2 % 2
         noise.learn(view_of(wall() + fixed).strided(step), seen(wall()[::step, ::step]))
     assert noise.lingering > 0.95  # of each second pair of neighbours, which are alike
-    assert noise.persistence == 0.0  # ten images apart never are
+    assert noise.persistence == 1.0  # ten images apart never are: it may all stay
 
 
 def test_edges_are_distrusted_until_they_were_seen_and_then_taken_as_they_are():

@@ -129,6 +129,25 @@ def test_the_same_images_give_the_same_poses(mug):
     np.testing.assert_array_equal(ends[0], ends[1])
 
 
+def test_a_first_pose_that_is_not_seen_yet_is_carried_by_the_hand_and_said_to_be_unsure(mug):
+    hand = load_hand("isyhand")
+    joints = np.zeros(len(hand.joint_names))
+    tracker = DepthTracker(mug.obj, CAMERA, hand)
+    beside = gtsam.Pose3(gtsam.Rot3(), np.array([1.0, 0.0, 0.0]))  # the hand is out of sight
+    move = gtsam.Pose3(gtsam.Rot3.Rz(0.1), np.array([0.01, 0.0, 0.0]))
+    tracker.start(TILTED)
+    nothing = np.zeros((CAMERA.height, CAMERA.width))
+    tracker.update(nothing, T_WC, joints, beside)
+    tracked = tracker.update(nothing, T_WC, joints, move * beside)
+    assert tracked.status == "ok"
+    assert tracked.T_wo.equals(move * TILTED, 1e-9)
+    assert np.sqrt(np.linalg.eigvalsh(tracked.covariance)[0]) > 0.05
+    # Once it is seen it is followed from there.
+    tracked = tracker.update(mug.image(move * TILTED), T_WC, joints, move * beside)
+    assert mug.error(tracked.T_wo, move * TILTED) < 1e-3
+    assert np.sqrt(np.linalg.eigvalsh(tracked.covariance)[0]) < 1e-3
+
+
 def test_misuse_is_explained(mug):
     tracker = DepthTracker(mug.obj, CAMERA)
     with pytest.raises(ValueError, match="call start"):
