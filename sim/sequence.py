@@ -111,7 +111,7 @@ def make_alike(
     It is simulated once, and filmed once by each camera.
 
     Args:
-        runs: Settings, which differ in ``OF_SENSORS`` alone, and files of each run.
+        runs: Settings, which differ in ``OF_SENSORS`` alone, and files of each run, for the same noise scales.
         name: Which sequence.
     """
     with threadpool_limits(1):  # the number of threads would show in the last bits
@@ -135,15 +135,15 @@ def _film_and_record(
         from .color import ColorVideo  # needs OpenGL
 
         color = ColorVideo(world, sample.trajectory, video.color_camera, video.T_wc * video.T_dc)
-    for settings, files in runs:
-        _, noise_seed, *_ = _seeds(settings, name)
-        error = calibration_error(settings, name, len(world.hand.joint_names))
-        registration = registration_error(settings, name, world)
-        for scale, path in files.items():
-            noise = Noise(scale, noise_seed)
+    _, noise_seed, *_ = _seeds(runs[0][0], name)
+    for scale in runs[0][1]:
+        noise = Noise(scale, noise_seed)
+        for settings, files in runs:
+            error = calibration_error(settings, name, len(world.hand.joint_names))
+            registration = registration_error(settings, name, world)
             take = Take(world, sample.trajectory, video, noise, error, registration, color)
             metadata = _metadata(settings, name, world, sample, scale)
-            record(take, settings.tracker, path, metadata)
+            record(take, settings.tracker, files[scale], metadata)
 
 
 def calibration_error(settings: Settings, name: SequenceName, joint_count: int) -> CalibrationError:

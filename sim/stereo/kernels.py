@@ -73,7 +73,8 @@ def look_up(
 @compiled
 def grain(
     points_w: NDArray[np.float64],
-    body: NDArray[np.int64],
+    geom: NDArray[np.int32],
+    body: NDArray[np.int32],
     R_wb: NDArray[np.float64],
     t_wb: NDArray[np.float64],
     table: NDArray[np.float32],
@@ -82,25 +83,26 @@ def grain(
 ) -> None:
     """Fill ``noise`` (N,) with a table (M, M, M) that fills space again and again, trilinear, at points.
 
-    Each point counts in the frame of its body, of which ``R_wb`` (B, 3, 3) and ``t_wb`` (B, 3) are the poses; M is a
-    power of two and ``cell`` [m] the distance of the table's nodes.
+    Each point counts in the frame of its geom's body (-1: the world's), of which ``R_wb`` (B, 3, 3) and ``t_wb``
+    (B, 3) are the poses; M is a power of two and ``cell`` [m] the distance of the table's nodes.
     """
     mask = table.shape[0] - 1
-    whole, part, at = np.empty(3, dtype=np.int64), np.empty(3), np.empty(3)
+    near, far, right = np.empty(3, dtype=np.int64), np.empty(3, dtype=np.int64), np.empty(3)
     for n in range(len(points_w)):
-        b = body[n]
+        b = body[geom[n]] if geom[n] >= 0 else 0
         for i in range(3):
-            at[i] = 0.0
+            at = 0.0
             for j in range(3):
-                at[i] += R_wb[b, j, i] * (points_w[n, j] - t_wb[b, j])
-            floor = np.floor(at[i] / cell)
-            whole[i], part[i] = int(floor), at[i] / cell - floor
+                at += R_wb[b, j, i] * (points_w[n, j] - t_wb[b, j])
+            at /= cell
+            floor = np.floor(at)
+            near[i], far[i], right[i] = int(floor) & mask, (int(floor) + 1) & mask, at - floor
         total = 0.0
-        for corner in range(8):
-            weight = 1.0
-            for i in range(3):
-                far = (corner >> i) & 1
-                weight *= part[i] if far else 1.0 - part[i]
-                at[i] = (whole[i] + far) & mask
-            total += weight * table[int(at[0]), int(at[1]), int(at[2])]
+        for z in range(2):
+            for y in range(2):
+                i, j = near[0], far[1] if y else near[1]
+                k, by_z = (far[2], right[2]) if z else (near[2], 1.0 - right[2])
+                by_y = right[1] if y else 1.0 - right[1]
+                total += (1.0 - right[0]) * by_y * by_z * table[i, j, k]
+                total += right[0] * by_y * by_z * table[far[0], j, k]
         noise[n] = total

@@ -31,7 +31,6 @@ def grain(
     model: mujoco.MjModel, data: mujoco.MjData, points_w: np.ndarray, geom: np.ndarray
 ) -> np.ndarray:
     """Factor on the brightness at points of geoms (-1: the table), shapes (N, 3) [m] and (N,) to (N,)."""
-    body = np.where(geom >= 0, model.geom_bodyid[geom], 0).astype(np.int64)
-    noise = np.empty(len(points_w))
-    kernels.grain(points_w, body, data.xmat.reshape(-1, 3, 3), data.xpos, _NOISE, CELL, noise)
+    noise, R_wb = np.empty(len(points_w)), data.xmat.reshape(-1, 3, 3)
+    kernels.grain(points_w, geom, model.geom_bodyid, R_wb, data.xpos, _NOISE, CELL, noise)
     return 1.0 + GRAIN / _LEFT * noise

@@ -32,6 +32,7 @@ SHOT, READ = (
 class StereoVideo:
     """The two infrared images of each frame, ray cast once; noise is put on them as often as wanted.
 
+    What was measured with one noise is kept until another is wanted: each robot that looks on sees the same.
     Attributes as in ``sim.observe.Video``; the depth camera is the left imager.
     """
 
@@ -48,6 +49,8 @@ class StereoVideo:
             InfraredCamera(world.model, right, rig.BASELINE),
         )
         replay = Replay(world.model, world.hand.joint_names)
+        self._noise: Noise | None = None
+        self._steps: list[np.ndarray] = []
         self._clean = []
         for joints, T_wh, T_wo in zip(
             trajectory.frame_joints, trajectory.frame_T_wh, trajectory.frame_T_wo, strict=True
@@ -63,11 +66,19 @@ class StereoVideo:
 
         A camera that sees edges as a real one needs no errors put in at edges: those of ``error`` are not.
         """
+        if self._noise != noise:
+            self._noise, self._steps = noise, list(self._measured(noise))
+        for steps in self._steps:
+            disparity = steps * np.float32(rig.DISPARITY_STEP)
+            yield depth_of(disparity, self.camera.fx, MAX_RANGE)
+
+    def _measured(self, noise: Noise) -> Iterator[np.ndarray]:
+        """Disparities in the camera's steps, whole numbers."""
         rng, matcher = np.random.default_rng(noise.seed), Matcher()
         for clean in self._clean:
             left, right = exposed(clean.astype(np.float32), rng, noise.scale)
             disparity = matcher.disparity(left, right)[self._inner]
-            yield depth_of(disparity, self.camera.fx, MAX_RANGE)
+            yield (disparity / rig.DISPARITY_STEP).astype(np.uint16)
 
     def aligned(self, depth: np.ndarray) -> np.ndarray:
         """A depth image [m] as the colour camera would have it."""

@@ -62,6 +62,12 @@ def test_noise_scales_see_the_same_grasp_and_each_is_as_if_made_alone(tmp_path):
     assert not mild.visual_poses.poses[-1].equals(strong.visual_poses.poses[-1], 1e-6)
 
 
+def test_a_stereo_camera_measures_each_noise_anew(tmp_path):
+    one, three = make(tmp_path / "both", scales=(1.0, 3.0), camera="stereo")
+    assert one != three
+    assert [three] == make(tmp_path / "alone", scales=(3.0,), camera="stereo")
+
+
 def test_a_sequence_has_all_streams_at_their_rates_and_says_how_it_was_made(tmp_path):
     make(tmp_path / "a", seed=7)
     recording = read_recording(tmp_path / "a.1.mcap")

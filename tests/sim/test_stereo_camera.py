@@ -5,9 +5,10 @@ import gtsam
 import mujoco
 import numpy as np
 import pytest
+from scipy.ndimage import map_coordinates
 
 from sim.camera import MAX_RANGE
-from sim.stereo import rig
+from sim.stereo import kernels, rig
 from sim.stereo.aligned import aligned
 from sim.stereo.infrared import InfraredCamera
 from sim.stereo.matching import Matcher, depth_of
@@ -112,6 +113,23 @@ def test_a_point_that_the_projector_does_not_see_gets_no_dots():
     shadow = floor & (changed < 0.6)
     columns = np.nonzero(shadow)[1]
     assert len(columns) > 50
+
+
+def test_the_grain_moves_with_its_body_and_is_linear_between_nodes():
+    rng = np.random.default_rng(0)
+    table = rng.standard_normal((8, 8, 8)).astype(np.float32)
+    R_wb = np.array([np.eye(3), gtsam.Rot3.Ypr(0.4, -1.0, 2.0).matrix()])
+    t_wb = np.array([[0.0, 0.0, 0.0], [0.3, -0.2, 0.1]])
+    points_b = rng.uniform(-0.1, 0.1, (500, 3))
+    expected = map_coordinates(
+        table.astype(np.float64), points_b.T / 0.004, order=1, mode="grid-wrap"
+    )
+    body = np.array([0, 1], dtype=np.int32)  # of geoms 0 and 1
+    for geom, b in ((-1, 0), (0, 0), (1, 1)):
+        noise, points_w = np.empty(500), points_b @ R_wb[b].T + t_wb[b]
+        geoms = np.full(500, geom, dtype=np.int32)
+        kernels.grain(points_w, geoms, body, R_wb, t_wb, table, 0.004, noise)
+        np.testing.assert_allclose(noise, expected, atol=1e-9)  # rounding of the pose
 
 
 def test_the_part_that_is_matched_reaches_as_far_to_the_left_as_disparities_do():
