@@ -13,7 +13,8 @@ import gtsam
 import numpy as np
 
 from vtgtsam.camera import CameraIntrinsics
-from vtgtsam.rays import RayCaster, RayGrid
+
+from .rays import RayCaster, RayGrid
 
 if TYPE_CHECKING:
     import mujoco
@@ -44,7 +45,7 @@ class DepthCamera:
         groups: tuple[int, ...] = VISIBLE_GROUPS,
     ) -> None:
         self.intrinsics = intrinsics
-        self._caster = RayCaster(model, groups, as_multi_ray=True)
+        self._caster = RayCaster(model, groups)
         self._rays_c = intrinsics.rays().reshape(-1, 3)
 
     def render(self, data: mujoco.MjData, T_wc: gtsam.Pose3) -> tuple[np.ndarray, np.ndarray]:

@@ -16,9 +16,9 @@ import mujoco
 import numpy as np
 
 from vtgtsam.camera import CameraIntrinsics
-from vtgtsam.rays import RayCaster, RayGrid
 
 from ..camera import VISIBLE_GROUPS
+from ..rays import RayCaster, RayGrid
 from . import kernels, rig
 from .pattern import dots_at
 from .surface import albedo, grain
@@ -45,7 +45,7 @@ class InfraredCamera:
         self, model: mujoco.MjModel, intrinsics: CameraIntrinsics, right: float = 0.0
     ) -> None:
         self.model, self.intrinsics, self._right = model, intrinsics, right
-        self._caster = RayCaster(model, VISIBLE_GROUPS, as_multi_ray=True)
+        self._caster = RayCaster(model, VISIBLE_GROUPS)
         self._rays_c = intrinsics.rays().reshape(-1, 3)
         self._albedo = albedo(model)
 

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ..camera import CameraIntrinsics
+from vtgtsam.camera import CameraIntrinsics
+
 from .loops import cast
 from .solids import BOX, CAPSULE, CYLINDER, MESH, SPHERE
 
@@ -85,18 +86,13 @@ class RayCaster:
     Args:
         model: The compiled scene.
         groups: Groups of geoms that are met.
-        as_multi_ray: Miss what ``mj_multiRay`` misses: it first asks whether a ray passes a ball around the body,
-            whose middle it does not turn with the body (MuJoCo 3.17). Some pixels in a thousand differ.
     """
 
-    def __init__(
-        self, model: mujoco.MjModel, groups: tuple[int, ...], as_multi_ray: bool = False
-    ) -> None:
+    def __init__(self, model: mujoco.MjModel, groups: tuple[int, ...]) -> None:
         self._model = model
         self._groups = np.isin(np.arange(6), groups).astype(np.uint8)
         self._geoms = _opaque(model, groups)
         self._are_known = bool(np.isin(model.geom_type[self._geoms], KINDS).all())
-        self._with_balls = as_multi_ray
         self._meshes = _meshes(model)
 
     def cast(self, data: mujoco.MjData, origin_w: np.ndarray, rays: RayGrid) -> Met:
@@ -108,23 +104,11 @@ class RayCaster:
         cast(
             self._geoms, model.geom_type, model.geom_size, model.geom_aabb, data.geom_xpos,
             data.geom_xmat.reshape(-1, 3, 3), self._meshes, model.mesh_vert, model.mesh_face,
-            self._balls(data, origin_w), origin_w, np.ascontiguousarray(rays.R_wc),
+            origin_w, np.ascontiguousarray(rays.R_wc),
             np.array([camera.fx, camera.fy, camera.cx, camera.cy, rays.spread]),
             rays.rays_w, rays.starts, *met,
         )  # fmt: skip
         return met
-
-    def _balls(self, data: mujoco.MjData, origin_w: np.ndarray) -> np.ndarray:
-        """Balls that rays must pass to meet a geom: middle from the origin, square of the radius; (G, 4)."""
-        model = self._model
-        balls = np.full((model.ngeom, 4), np.inf)
-        if self._with_balls:
-            body = model.geom_bodyid
-            box = model.bvh_aabb[model.body_bvhadr[body]]
-            balls[:, :3] = (box[:, :3] + data.xipos[body]) - origin_w
-            balls[:, 3] = (box[:, 3:] ** 2).sum(axis=1)
-            balls[model.body_bvhadr[body] < 0] = np.inf
-        return balls
 
     def _by_mujoco(
         self, data: mujoco.MjData, origin_w: np.ndarray, rays_w: np.ndarray, met: Met

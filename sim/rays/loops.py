@@ -3,8 +3,8 @@
 
 Rays from one point are sorted by the cell of an image that they pass, row by row: those of cell (v, u) are
 ``starts[v, u]`` to ``starts[v, u + 1]``. The image's ``grid`` is fx, fy, cx, cy and how far from its cell's middle
-a ray may pass [cells]. A ray meets a geom only where it passes its ``ball`` too: middle from the rays' origin and
-square of the radius. What is nearest so far is in ``geom``, ``distance`` (-1: nothing) and ``normals_w``.
+a ray may pass [cells]. What is nearest so far is in ``geom``, ``distance`` (-1: nothing) and
+``normals_w``.
 """
 
 from __future__ import annotations
@@ -12,7 +12,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ..compiled import compiled, inlined
+from vtgtsam.compiled import compiled, inlined
+
 from . import solids
 from .solids import BOX, CAPSULE, MESH, SPHERE, Vector
 from .triangle import BESIDE, cross, dot, inside, meet_plane, plane_of_ray
@@ -63,19 +64,14 @@ def cells(low: float, high: float, spread: float, count: int) -> tuple[int, int]
 
 
 @inlined
-def is_nearer(x: float, before: float, ray: Vector, ball: Vector) -> bool:
-    """Whether something met at distance x is nearer than what was met before, and the ray passes the ball."""
-    if x < 0.0 or 0.0 <= before <= x:
-        return False
-    if ball[3] == np.inf:
-        return True
-    b = -(ray[0] * ball[0] + ray[1] * ball[1] + ray[2] * ball[2])
-    return solids.first_root(dot(ray, ray), b, dot(ball, ball) - ball[3]) >= 0.0
+def is_nearer(x: float, before: float) -> bool:
+    """Whether something is met at distance x, and nearer than what was met before."""
+    return x >= 0.0 and not 0.0 <= before <= x
 
 
 @compiled
 def cast_solid(
-    number: int, kind: int, size: Vector, R_wg: Vector, p_g: Vector, box: Vector, grid: Vector, ball: Vector,
+    number: int, kind: int, size: Vector, R_wg: Vector, p_g: Vector, box: Vector, grid: Vector,
     origin_w: Vector, t_wg: Vector, rays_w: Vector, starts: Whole,
     geom: NDArray[np.int32], distance: Vector, normals_w: Vector,
 ) -> None:  # fmt: skip
@@ -100,7 +96,7 @@ def cast_solid(
                     x, face = solids.meet_capsule(size, p_g, r)
                 else:
                     x, face = solids.meet_cylinder(size, p_g, r)
-            if is_nearer(x, distance[k], ray, ball):
+            if is_nearer(x, distance[k]):
                 geom[k], distance[k] = number, x
                 if kind == SPHERE:
                     for i in range(3):
@@ -117,7 +113,7 @@ def cast_solid(
 @compiled
 def cast_mesh(
     number: int, vertices: NDArray[np.float32], faces: NDArray[np.int32], R_wg: Vector, p_g: Vector,
-    grid: Vector, ball: Vector, R_wc: Vector, from_origin: Vector, rays_w: Vector, starts: Whole,
+    grid: Vector, R_wc: Vector, from_origin: Vector, rays_w: Vector, starts: Whole,
     geom: NDArray[np.int32], distance: Vector, normals_w: Vector,
 ) -> None:  # fmt: skip
     """Let rays from ``p_g`` in the mesh's frame meet mesh ``number``, of ``vertices`` (V, 3) and ``faces`` (F, 3)."""
@@ -156,7 +152,7 @@ def cast_mesh(
                 if not inside(corners, p_g, b0, b1):
                     continue
                 x = meet_plane(corners, p_g, r, b0, b1, n)
-                if is_nearer(x, distance[k], ray, ball):
+                if is_nearer(x, distance[k]):
                     geom[k], distance[k] = number, x
                     solids.normalise(n)
                     for i in range(3):
@@ -167,7 +163,7 @@ def cast_mesh(
 def cast(
     geoms: Whole, kinds: NDArray[np.int32], sizes: Vector, boxes: Vector, positions_w: Vector, rotations: Vector,
     meshes: Whole, vertices: NDArray[np.float32], faces: NDArray[np.int32],
-    balls: Vector, origin_w: Vector, R_wc: Vector, grid: Vector, rays_w: Vector, starts: Whole,
+    origin_w: Vector, R_wc: Vector, grid: Vector, rays_w: Vector, starts: Whole,
     geom: NDArray[np.int32], distance: Vector, normals_w: Vector,
 ) -> None:  # fmt: skip
     """Let rays meet all geoms of some numbers; arrays by geom are MuJoCo's.
@@ -190,7 +186,7 @@ def cast(
         if kinds[number] == MESH:
             v0, v1, f0, f1 = meshes[number]
             cast_mesh(
-                number, vertices[v0:v1], faces[f0:f1], R_wg, p_g, grid, balls[number], R_wc, from_origin,
+                number, vertices[v0:v1], faces[f0:f1], R_wg, p_g, grid, R_wc, from_origin,
                 rays_w, starts, geom, distance, normals_w,
             )  # fmt: skip
             continue
@@ -202,7 +198,6 @@ def cast(
             project(from_origin, R_wg, x, y, z, R_wc, grid, at)
             extend(box, at)
         cast_solid(
-            number, kinds[number], sizes[number], R_wg, p_g, box, grid, balls[number], origin_w,
-            positions_w[number],
-            rays_w, starts, geom, distance, normals_w,
+            number, kinds[number], sizes[number], R_wg, p_g, box, grid, origin_w, positions_w[number], rays_w, starts,
+            geom, distance, normals_w,
         )  # fmt: skip

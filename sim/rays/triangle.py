@@ -3,7 +3,8 @@
 
 from __future__ import annotations
 
-from ..compiled import inlined
+from vtgtsam.compiled import inlined
+
 from .solids import TINY, Vector, normalise
 
 BESIDE = 1e-10  # a ray so far beside an edge, as a share of what it is compared with, is looked at exactly
