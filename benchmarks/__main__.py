@@ -320,7 +320,8 @@ def experiments(
 ) -> None:
     """The paper's experiments, and what they are worth with a stereo camera on a robot that is off.
 
-    Some hours in all; each condition, dataset and robot is a part of 10 to 20 minutes, and what is there is kept.
+    Some hours in all; each condition, dataset and robot is a part, of minutes, and what is there is kept. Conditions
+    that are asked for together are recorded from one simulation.
     """
     from sim.objects import object_names
 

@@ -9,14 +9,19 @@ a ray may pass [cells]. What is nearest so far is in ``geom``, ``distance`` (-1:
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 from numpy.typing import NDArray
 
 from vtgtsam.compiled import compiled, inlined
+from vtgtsam.compiled.stale import drop_stale
 
 from . import solids
 from .solids import BOX, CAPSULE, MESH, SPHERE, Vector
 from .triangle import BESIDE, cross, dot, inside, meet_plane, plane_of_ray
+
+drop_stale(Path(__file__).parent)  # solids and triangle are compiled into these loops
 
 Whole = NDArray[np.int64]
 SLACK = 1e-6  # [cells], of an outline
