@@ -93,6 +93,20 @@ def images(
     run(recordings, jobs)
 
 
+@app.command(name="hand-back")
+def hand_back(
+    recordings: Annotated[
+        list[Path],
+        typer.Argument(help="Folders: grasps by a tracker, and the same by it +back.", exists=True),
+    ],
+    jobs: Annotated[int, typer.Option(min=1, help="Processes to use.")] = 2,
+) -> None:
+    """What a tracker gains from being handed the fused pose where it has lost itself."""
+    from .hand_back import run
+
+    run(recordings, jobs)
+
+
 @app.command()
 def faults(
     recordings: Annotated[
