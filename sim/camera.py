@@ -13,8 +13,7 @@ import gtsam
 import numpy as np
 
 from vtgtsam.camera import CameraIntrinsics
-
-from .rays import RayCaster, RayGrid
+from vtgtsam.rays import RayCaster, RayGrid
 
 if TYPE_CHECKING:
     import mujoco

@@ -16,9 +16,9 @@ import mujoco
 import numpy as np
 
 from vtgtsam.camera import CameraIntrinsics
+from vtgtsam.rays import RayCaster, RayGrid
 
 from ..camera import VISIBLE_GROUPS
-from ..rays import RayCaster, RayGrid
 from . import kernels, rig
 from .pattern import dots_at
 from .surface import albedo, grain

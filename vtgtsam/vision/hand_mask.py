@@ -10,12 +10,14 @@ import gtsam
 import numpy as np
 
 from ..camera import CameraIntrinsics
+from ..rays import RayCaster, RayGrid
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from ..hands.model import HandModel
 
+EVERY_GROUP = tuple(range(6))  # of geoms, as MuJoCo numbers them
 TOLERANCE = 0.01  # [m], a surface at most this far in front of the hand's still counts as the hand
 
 
@@ -34,6 +36,7 @@ class HandMask:
         self.hand = hand
         self.tolerance = tolerance
         self._data = mujoco.MjData(hand.model)
+        self._caster = RayCaster(hand.model, EVERY_GROUP)
 
     def depth(
         self,
@@ -52,24 +55,12 @@ class HandMask:
 
         self._data.qpos[:] = self.hand.joint_array(joints)  # hinges and slides: one number each
         mujoco.mj_kinematics(self.hand.model, self._data)
-        rays_c = camera.rays().reshape(-1, 3)
-        geom, depth = np.empty(len(rays_c), dtype=np.int32), np.empty(len(rays_c))
-        rays_h = (rays_c @ T_hc.rotation().matrix().T).ravel()
-        mujoco.mj_multiRay(
-            self.hand.model,
-            self._data,
-            T_hc.translation(),
-            rays_h,
-            None,
-            1,
-            -1,
-            geom,
-            depth,
-            None,
-            len(rays_c),
-            mujoco.mjMAXVAL,
-        )
-        return np.where(geom >= 0, depth, np.inf).reshape(camera.height, camera.width)
+        R_hc = T_hc.rotation().matrix()
+        # A ray of depth 1 m: distance counts in lengths of the ray, so it is the depth itself.
+        rays = RayGrid.image(camera, R_hc, camera.rays().reshape(-1, 3) @ R_hc.T)
+        met = self._caster.cast(self._data, np.asarray(T_hc.translation()), rays)
+        depth = np.where(met.geom >= 0, met.distance, np.inf)
+        return depth.reshape(camera.height, camera.width)
 
     def mask(
         self,

@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from vtgtsam.compiled import inlined
+from ..compiled import inlined
 
 Vector = NDArray[np.float64]
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 import trimesh
 
-from sim.rays import RayCaster, RayGrid
 from vtgtsam.camera import CameraIntrinsics
+from vtgtsam.rays import RayCaster, RayGrid
 
 CAMERA = CameraIntrinsics(60, 44, 50.0, 52.0, 28.3, 23.1)
 GROUPS = (0, 1, 2)

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from vtgtsam.camera import CameraIntrinsics
-
+from ..camera import CameraIntrinsics
 from .loops import cast
 from .solids import BOX, CAPSULE, CYLINDER, MESH, SPHERE
 

@@ -14,9 +14,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from vtgtsam.compiled import compiled, inlined
-from vtgtsam.compiled.stale import drop_stale
-
+from ..compiled import compiled, inlined
+from ..compiled.stale import drop_stale
 from . import solids
 from .solids import BOX, CAPSULE, MESH, SPHERE, Vector
 from .triangle import BESIDE, cross, dot, inside, meet_plane, plane_of_ray

@@ -3,8 +3,7 @@
 
 from __future__ import annotations
 
-from vtgtsam.compiled import inlined
-
+from ..compiled import inlined
 from .solids import TINY, Vector, normalise
 
 BESIDE = 1e-10  # a ray so far beside an edge, as a share of what it is compared with, is looked at exactly
