@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING
 import mujoco
 import numpy as np
 
+from ..camera import CameraIntrinsics
+from ..rays import RayCaster, RayGrid
 from . import placement, shapes
 
 if TYPE_CHECKING:
@@ -141,17 +143,17 @@ class _View:
 
     def _links(self, rays: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Depth of what each ray meets (inf where nothing), and its colour."""
-        model, n = self.hand.model, len(rays)
-        geom, depth, normals = np.empty(n, dtype=np.int32), np.empty(n), np.zeros(3 * n)
-        groups = np.zeros(6, dtype=np.uint8)
-        groups[model.geom_group[shapes.shown_geoms(model)]] = 1
-        mujoco.mj_multiRay(
-            *(model, self.data, self.eye, rays.ravel(), groups, 1, -1),
-            *(geom, depth, normals, n, mujoco.mjMAXVAL),
+        model = self.hand.model
+        groups = tuple(set(model.geom_group[shapes.shown_geoms(model)].tolist()))
+        center = (SIDE - 1) / 2
+        camera = CameraIntrinsics(SIDE, SIDE, self.focal, self.focal, center, center)
+        seen = RayCaster(model, groups).cast(
+            self.data, self.eye, RayGrid.image(camera, self.R_hv, rays)
         )
-        lit = 0.55 + 0.45 * np.abs(normals.reshape(-1, 3) @ self.R_hv[:, 2])
-        met = (geom >= 0)[:, None]
-        return np.where(geom >= 0, depth, np.inf), np.where(met, LINK * lit[:, None], PAPER)
+        lit = 0.55 + 0.45 * np.abs(seen.normals_w @ self.R_hv[:, 2])
+        met = seen.geom >= 0
+        depth = np.where(met, seen.distance, np.inf)
+        return depth, np.where(met[:, None], LINK * lit[:, None], PAPER)
 
     def _fill(self, k: int, rays: np.ndarray, depth: np.ndarray, colors: np.ndarray) -> None:
         """Paint a pad's face where no link hides it."""
