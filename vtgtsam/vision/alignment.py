@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 
 import gtsam
 import numpy as np
+from scipy import linalg
 
 from . import kernels, ray_kernels
 from .view import View
@@ -30,6 +31,9 @@ CUTOFF = 3.0  # [sigma], Tukey's
 COMMON = 0.5  # share of what edges add to the noise that is the same along all of them
 ROOM = 0.0015  # [m], added to these three: what the pose may be off before the first step
 SLACK = 0.0005  # [m], what grid and mesh are off even at the right pose
+NORMAL_SIGMA = 0.1  # [rad], what the normals of grid and mesh are off
+FEIGNED = 2.0  # as often as that it may feign what is not there
+NOTHING = 1e-6  # of the shape's prior, so that an image without points feigns something
 GRAZING = 0.4  # sine of the angle; a surface seen at a flatter one counts no more for it
 STEP_SIGMA = np.array([0.05, 0.05, 0.05, 0.01, 0.01, 0.01])  # [rad, m], motion between two frames
 CONVERGED = (5e-4, 2e-5)  # [rad, m], a step below which another one changes nothing
@@ -133,7 +137,29 @@ class Evidence:
         Both are for a right perturbation [rotation, translation] of the pose. Pixels that err together count
         as one, and what edges have in common is eliminated (Schur complement).
         """
-        information, gradient = np.zeros((7, 7)), np.zeros(7)
+        information, gradient, _ = self._sums()
+        return information, gradient
+
+    def credible(self) -> np.ndarray:
+        r"""The same information, less what errors of the surface's normals feign, shape (6, 6).
+
+        A ball's rotation and a can's spin are not seen, but where normals n are off a little, each pixel feigns that
+        they are. A pixel's row is n^T M, M = [ [s]_x  -I ], so that errors of ``NORMAL_SIGMA`` in n add at most
+
+            F = NORMAL_SIGMA^2 \sum w M^T M
+
+        Along each v with L v = lambda F v, what exceeds that is credible: lambda - FEIGNED in the place of lambda.
+        """
+        information, _, moments = self._sums()
+        feigned = NORMAL_SIGMA**2 * _of_points(moments) + NOTHING * self._shape.prior
+        ratio, directions = linalg.eigh(information, feigned)
+        rows = feigned @ directions
+        credible: np.ndarray = (rows * np.maximum(ratio - FEIGNED, 0.0)) @ rows.T
+        return credible
+
+    def _sums(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Information (6, 6), gradient (6,), and the weighted sum of [s; 1] [s; 1]^T of the surface's points (4, 4)."""
+        information, gradient, moments = np.zeros((7, 7)), np.zeros(7), np.zeros((4, 4))
         kernels.accumulate(
             *self._shape.grid,
             *self._pose,
@@ -147,14 +173,23 @@ class Evidence:
             COMMON,
             information,
             gradient,
+            moments,
         )
         together = float(np.prod(self._view.correlation))
-        information, gradient = information / together, gradient / together
+        information, gradient, moments = (x / together for x in (information, gradient, moments))
         common = information[:6, 6] / (1.0 + information[6, 6])
         return (
             information[:6, :6] - np.outer(common, information[:6, 6]),
             gradient[:6] - common * gradient[6],
+            moments,
         )
+
+
+def _of_points(moments: np.ndarray) -> np.ndarray:
+    """Information (6, 6) if each pixel told where its point s is in all three directions: the sum of w M^T M."""
+    squares, sums = moments[:3, :3], gtsam.Rot3.Hat(moments[:3, 3])
+    rotation = np.trace(squares) * np.eye(3) - squares
+    return np.block([[rotation, sums], [-sums, moments[3, 3] * np.eye(3)]])
 
 
 def outline_pixels(shape: Shape, view: View, T_co: gtsam.Pose3) -> int:

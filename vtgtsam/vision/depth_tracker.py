@@ -179,9 +179,9 @@ class DepthTracker:
         self._unseen = 0
         self._search.forget()
         self._noise.learn(measured, seen)
-        information, _ = seen.normal_equations()
-        expected.update(T_wc * T_co_now, information, anew)
-        return self._tracked(expected, information, seen)
+        information, credible = seen.normal_equations()[0], seen.credible()
+        expected.update(T_wc * T_co_now, information, credible, anew)
+        return self._tracked(expected, credible, seen)
 
     def _with_noise(self, measured: View, T_co: gtsam.Pose3) -> View:
         """The view with what was learnt of the camera's noise; in the first one, from that image itself."""

@@ -94,12 +94,19 @@ class Expectation:
         """For how many images an error that is new in one stays in the followed pose; 1 if in that one alone."""
         return (2.0 - self._gain) / self._gain
 
-    def update(self, T_wo: gtsam.Pose3, information: np.ndarray, anew: bool = False) -> None:
+    def update(
+        self,
+        T_wo: gtsam.Pose3,
+        information: np.ndarray,
+        credible: np.ndarray,
+        anew: bool = False,
+    ) -> None:
         """Take in the pose found in an image, with the image's own information (6, 6).
 
         Args:
             T_wo: The pose.
-            information: Of a perturbation of the object frame.
+            information: Of a perturbation of the object frame, by which it was found.
+            credible: What of that the image is believed to have told.
             anew: Whether it owes nothing to the images before, being found and not followed.
         """
         if anew:
@@ -108,7 +115,7 @@ class Expectation:
         shown = from_center.T @ information @ from_center
         self._covariance = np.linalg.inv(np.linalg.inv(self._covariance) + shown / self._together)
         before = np.linalg.inv(self._averaged)
-        self._averaged = np.linalg.inv(before + shown)
+        self._averaged = np.linalg.inv(before + from_center.T @ credible @ from_center)
         gain = np.eye(6) - self._averaged @ before
         # Its mean, of directions that images show; along the others it is next to nothing.
         self._gain = float(np.trace(gain @ gain) / max(np.trace(gain), 1e-12))

@@ -135,6 +135,7 @@ def accumulate(
     common: float,
     information: NDArray[np.float64],
     gradient: NDArray[np.float64],
+    moments: NDArray[np.float64],
 ) -> None:
     """Add the normal equations of all pixels, for a right perturbation [rotation, translation].
 
@@ -155,8 +156,10 @@ def accumulate(
     What edges add to the noise, ``excess``, is partly the same along all of them: one more unknown b, of standard
     deviation 1, with de/db = common excess g . r. Its row and column are the last, ``information`` is (7, 7) and
     ``gradient`` (7,).
+
+    ``moments`` (4, 4) becomes the sum of w [s_o; 1] [s_o; 1]^T over the surface's pixels.
     """
-    direction, row = np.empty(3), np.empty(7)
+    direction, row, point = np.empty(3), np.empty(7), np.ones(4)
     for v in range(depth.shape[0]):
         for u in range(depth.shape[1]):
             if kind[v, u] == NOTHING or kind[v, u] == COVERED:
@@ -190,6 +193,10 @@ def accumulate(
                 error, tukey = difference * slope, 1.0 - (difference / reach) ** 2
                 weight = tukey * tukey / (noise * noise * (slope * slope + grazing * grazing))
                 row[6] = common * excess[v, u] * slope
+                point[0], point[1], point[2] = px, py, pz
+                for i in range(4):
+                    for j in range(4):
+                        moments[i, j] += weight * point[i] * point[j]
             row[0], row[1], row[2] = gy * pz - gz * py, gz * px - gx * pz, gx * py - gy * px
             row[3], row[4], row[5] = -gx, -gy, -gz
             for i in range(7):

@@ -284,6 +284,26 @@ def test_information_is_what_the_numbers_of_pixels_say(ball):
     assert 0.3 * expected < information[5, 5] < 0.9 * expected  # half of the ball is seen obliquely
 
 
+def test_what_errors_of_the_normals_feign_is_not_credible(ball):
+    # The grid's normals are not a ball's to the last degree, so that pixels seem to tell how it is turned.
+    center_c = np.array([0.0, 0.0, 0.5])
+    seen = Evidence(ball, view_of(ball_depth(center_c)), gtsam.Pose3(gtsam.Rot3(), center_c))
+    information, _ = seen.normal_equations()
+    credible = seen.credible()
+    assert np.diag(information)[:3].min() > 0.0
+    assert (np.diag(credible)[:3] < 0.01 * np.diag(information)[:3]).all()
+    np.testing.assert_allclose(np.diag(credible)[3:], np.diag(information)[3:], rtol=0.1)
+
+
+def test_what_a_box_shows_is_credible(box):
+    seen = Evidence(box, view_of(box_depth(T_CO)), T_CO)
+    information, _ = seen.normal_equations()
+    to_center = np.linalg.inv(box.to_center())
+    shown, believed = (to_center.T @ L @ to_center for L in (information, seen.credible()))
+    np.testing.assert_allclose(np.diag(believed), np.diag(shown), rtol=0.25)
+    assert np.linalg.eigvalsh(shown - believed).min() > -1e-6 * np.trace(shown)
+
+
 @pytest.mark.parametrize("axis", range(6))
 @pytest.mark.parametrize("sign", [-1.0, 1.0])
 def test_a_disturbed_pose_comes_back(box, axis, sign):

@@ -52,7 +52,7 @@ def test_an_image_counts_in_full_where_noise_is_new_each_time_and_little_where_i
         together = 1.0 + persistence * (TOGETHER - 1.0)
         before = np.diag(together / (START**2 + HELD**2))
         np.testing.assert_allclose(expected.information(), before, rtol=1e-9)
-        expected.update(T_WO, information)
+        expected.update(T_WO, information, information)
         left.append(together / np.diag(expected.information()))
     np.testing.assert_allclose(1.0 / left[0], 1.0 / (START**2 + HELD**2) + np.diag(information))
     assert (left[1] > 0.5 * (START**2 + HELD**2)).all()
@@ -63,13 +63,13 @@ def test_what_is_new_in_each_image_averages_until_the_object_s_motion_outweighs_
     expected = Expectation(ball, T_WO)
     for _ in range(60):
         expected.carry(T_WH, JOINTS, 1.0)  # noise that stays does not change what is new in each
-        expected.update(T_WO, information)
+        expected.update(T_WO, information, information)
     # The steady state of a random walk that is measured: a = r k with k^2 / (1 - k) = q / r.
     ratio = HELD[3] ** 2 * 1e6
     gain = 0.5 * (np.sqrt(ratio**2 + 4.0 * ratio) - ratio)
     np.testing.assert_allclose(np.diag(expected.averaged)[3:], gain * 1e-6, rtol=1e-3)
     assert 1.5 < expected.images_alike < 2.0 / gain
-    expected.update(T_WO, information, anew=True)
+    expected.update(T_WO, information, information, anew=True)
     np.testing.assert_allclose(np.diag(expected.averaged)[3:], 1e-6, rtol=1e-3)
     assert expected.images_alike == pytest.approx(1.0, abs=0.01)
 
@@ -78,5 +78,16 @@ def test_directions_that_no_image_shows_stay_unknown_whatever_was_known_at_first
     expected = Expectation(ball, T_WO)
     for _ in range(20):
         expected.carry(T_WH, JOINTS, 0.0)
-        expected.update(T_WO, np.diag([1e4, 1e4, 0.0, 1e6, 1e6, 1e6]))
+        seen = np.diag([1e4, 1e4, 0.0, 1e6, 1e6, 1e6])
+        expected.update(T_WO, seen, seen)
     assert expected.averaged[2, 2] >= STEP_SIGMA[2] ** 2 / WEAK
+
+
+def test_what_is_not_credible_holds_the_pose_but_does_not_make_it_surer(ball):
+    information = np.diag(np.repeat([1e4, 1e6], 3))
+    expected = Expectation(ball, T_WO)
+    for _ in range(20):
+        expected.carry(T_WH, JOINTS, 0.0)
+        expected.update(T_WO, information, np.diag([1e4, 1e4, 0.0, 1e6, 1e6, 1e6]))
+    assert expected.averaged[2, 2] >= STEP_SIGMA[2] ** 2 / WEAK
+    assert expected.information()[2, 2] > 1e4
