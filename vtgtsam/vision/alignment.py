@@ -33,7 +33,7 @@ ROOM = 0.0015  # [m], added to these three: what the pose may be off before the 
 SLACK = 0.0005  # [m], what grid and mesh are off even at the right pose
 NORMAL_SIGMA = 0.1  # [rad], what the normals of grid and mesh are off
 FEIGNED = 2.0  # as often as that it may feign what is not there
-NOTHING = 1e-6  # of the shape's prior, so that an image without points feigns something
+NOTHING = 1e-6  # of what STEP_SIGMA tells, so that an image without points feigns something
 GRAZING = 0.4  # sine of the angle; a surface seen at a flatter one counts no more for it
 STEP_SIGMA = np.array([0.05, 0.05, 0.05, 0.01, 0.01, 0.01])  # [rad, m], motion between two frames
 CONVERGED = (5e-4, 2e-5)  # [rad, m], a step below which another one changes nothing
@@ -141,20 +141,30 @@ class Evidence:
         return information, gradient
 
     def credible(self) -> np.ndarray:
-        r"""The same information, less what errors of the surface's normals feign, shape (6, 6).
+        r"""The same information, less the rotation that errors of the surface's normals feign, shape (6, 6).
 
-        A ball's rotation and a can's spin are not seen, but where normals n are off a little, each pixel feigns that
-        they are. A pixel's row is n^T M, M = [ [s]_x  -I ], so that errors of ``NORMAL_SIGMA`` in n add at most
+        How a ball is turned, or a can about its axis, is not seen. But where normals n are off a little, each pixel
+        feigns that it is. Its row for a rotation about the object's centre is (n x s)^T, with the point s from there,
+        so that errors of ``NORMAL_SIGMA`` in n add
 
-            F = NORMAL_SIGMA^2 \sum w M^T M
+            F = NORMAL_SIGMA^2 \sum w (|s|^2 I - s s^T)
 
-        Along each v with L v = lambda F v, what exceeds that is credible: lambda - FEIGNED in the place of lambda.
+        S is what the image says of the rotation whatever the translation (Schur complement). Along each v with
+        S v = lambda F v, what exceeds F is credible: lambda - FEIGNED in the place of lambda.
         """
         information, _, moments = self._sums()
-        feigned = NORMAL_SIGMA**2 * _of_points(moments) + NOTHING * self._shape.prior
-        ratio, directions = linalg.eigh(information, feigned)
-        rows = feigned @ directions
-        credible: np.ndarray = (rows * np.maximum(ratio - FEIGNED, 0.0)) @ rows.T
+        to_center, least = self._shape.to_center(), NOTHING / STEP_SIGMA**2
+        from_center = np.linalg.inv(to_center)
+        at_center = from_center.T @ information @ from_center
+        across, translation = at_center[:3, 3:], at_center[3:, 3:] + np.diag(least[3:])
+        rotation = at_center[:3, :3] - across @ np.linalg.solve(translation, across.T)
+        feigned = NORMAL_SIGMA**2 * _turned(moments, self._shape.center_o) + np.diag(least[:3])
+        ratio, directions = linalg.eigh(rotation, feigned)
+        rows = (
+            feigned @ directions
+        ).T  # the rotation's information is the sum of ratio rows^T rows
+        at_center[:3, :3] -= (rows.T * np.minimum(ratio, FEIGNED)) @ rows
+        credible: np.ndarray = to_center.T @ at_center @ to_center
         return credible
 
     def _sums(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -185,11 +195,13 @@ class Evidence:
         )
 
 
-def _of_points(moments: np.ndarray) -> np.ndarray:
-    """Information (6, 6) if each pixel told where its point s is in all three directions: the sum of w M^T M."""
-    squares, sums = moments[:3, :3], gtsam.Rot3.Hat(moments[:3, 3])
-    rotation = np.trace(squares) * np.eye(3) - squares
-    return np.block([[rotation, sums], [-sums, moments[3, 3] * np.eye(3)]])
+def _turned(moments: np.ndarray, center: np.ndarray) -> np.ndarray:
+    """The sum of w (|s|^2 I - s s^T), shape (3, 3), of points s from a centre, by the moments of [s; 1]."""
+    to_center = np.eye(4)
+    to_center[:3, 3] = -center
+    squares = (to_center @ moments @ to_center.T)[:3, :3]
+    whole: np.ndarray = np.trace(squares) * np.eye(3) - squares
+    return whole
 
 
 def outline_pixels(shape: Shape, view: View, T_co: gtsam.Pose3) -> int:

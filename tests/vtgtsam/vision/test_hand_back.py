@@ -52,12 +52,11 @@ def test_what_it_reports_is_the_images_and_not_the_pose_it_was_told(mug):
         found.append(tracker.update(image, T_WC))
     one, other = found
     assert mug.error(one.T_wo, other.T_wo) < 0.0003  # 8 mm between the two hints
-    np.testing.assert_allclose(np.diag(one.covariance), np.diag(other.covariance), rtol=0.7)
     untold = started(mug, FAR_OFF).update(image, T_WC)
-    for (
-        told
-    ) in found:  # how noisy a camera is taken to be after one image depends on where that was
-        np.testing.assert_allclose(np.diag(told.covariance), np.diag(untold.covariance), rtol=0.7)
+    # How noisy a camera is taken to be after one image depends on where that was; a hint would tell far more.
+    for told, same in ((one, other), (one, untold), (other, untold)):
+        ratio = np.diag(told.covariance) / np.diag(same.covariance)
+        assert (np.abs(np.log(ratio)) < np.log(2.5)).all()
 
 
 def test_a_tracker_that_follows_the_object_is_not_moved_by_a_wrong_pose(mug):
