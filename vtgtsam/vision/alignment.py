@@ -10,6 +10,7 @@ the object is nearer than the pose says.
 from __future__ import annotations
 
 import itertools
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import gtsam
@@ -137,7 +138,7 @@ class Evidence:
         Both are for a right perturbation [rotation, translation] of the pose. Pixels that err together count
         as one, and what edges have in common is eliminated (Schur complement).
         """
-        information, gradient, _ = self._sums()
+        information, gradient, _ = self._sums
         return information, gradient
 
     def credible(self) -> np.ndarray:
@@ -152,7 +153,7 @@ class Evidence:
         S is what the image says of the rotation whatever the translation (Schur complement). Along each v with
         S v = lambda F v, what exceeds F is credible: lambda - FEIGNED in the place of lambda.
         """
-        information, _, moments = self._sums()
+        information, _, moments = self._sums
         to_center, least = self._shape.to_center(), NOTHING / STEP_SIGMA**2
         from_center = np.linalg.inv(to_center)
         at_center = from_center.T @ information @ from_center
@@ -160,13 +161,13 @@ class Evidence:
         rotation = at_center[:3, :3] - across @ np.linalg.solve(translation, across.T)
         feigned = NORMAL_SIGMA**2 * _turned(moments, self._shape.center_o) + np.diag(least[:3])
         ratio, directions = linalg.eigh(rotation, feigned)
-        rows = (
-            feigned @ directions
-        ).T  # the rotation's information is the sum of ratio rows^T rows
+        # The rotation's information is the sum of ratio rows^T rows.
+        rows = (feigned @ directions).T
         at_center[:3, :3] -= (rows.T * np.minimum(ratio, FEIGNED)) @ rows
         credible: np.ndarray = to_center.T @ at_center @ to_center
         return credible
 
+    @cached_property
     def _sums(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Information (6, 6), gradient (6,), and the weighted sum of [s; 1] [s; 1]^T of the surface's points (4, 4)."""
         information, gradient, moments = np.zeros((7, 7)), np.zeros(7), np.zeros((4, 4))
