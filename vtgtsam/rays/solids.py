@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: MIT
 """Where a ray meets a sphere, capsule, cylinder or box, and the normal there.
 
-The same formulas in the same order as in MuJoCo's ``engine_ray.c``, so that results agree to the last bit. All is in
-the solid's frame: a ray's point at distance x (in lengths of the ray) is p + x r; -1 stands for never. ``size`` is
-MuJoCo's: radius and half the length, or half the sides. ``face`` says which part of the solid was met.
+The formulas are MuJoCo's (``engine_ray.c``, Apache License 2.0), in its order, so that results agree to the last
+bit. All is in the solid's frame: a ray's point at distance x (in lengths of the ray) is p + x r; -1 stands for never.
+``size`` is MuJoCo's: radius and half the length, or half the sides. ``face`` says which part of the solid was met.
 """
 
 from __future__ import annotations
