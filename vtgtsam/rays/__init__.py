@@ -5,8 +5,8 @@ MuJoCo's own ``mj_multiRay`` takes five to seven times as long, and some pixels 
 meet: it first asks whether a ray passes a ball around the body, whose middle it does not turn with the body (3.17).
 
 solids.py   where a ray meets a sphere, capsule, cylinder or box, and the normal there
-triangle.py the same for a triangle
-loops.py    each geom looked for only by the rays that pass its outline
+loops.py    the same for a mesh; each geom is looked for only by the rays that pass its outline
+vectors.py  three numbers
 caster.py   what Python calls
 """
 

@@ -78,7 +78,7 @@ def _by_pixel(firsts: np.ndarray, camera: CameraIntrinsics) -> np.ndarray:
 
 
 class RayCaster:
-    """Casts rays at the geoms of a scene, like ``mj_ray`` to the last bit.
+    """Casts rays at the geoms of a scene, with the results of ``mj_ray``.
 
     A scene with planes, ellipsoids, height fields or distance fields is left to ``mj_multiRay``.
 

@@ -16,11 +16,10 @@ from numpy.typing import NDArray
 
 from ..compiled import compiled, inlined
 from ..compiled.stale import drop_stale
-from . import solids
-from .solids import BOX, CAPSULE, MESH, SPHERE, Vector
-from .triangle import BESIDE, cross, dot, inside, meet_plane, plane_of_ray
+from .solids import MESH, meet_solid, solid_normal
+from .vectors import Vector, cross, dot, into_frame, normal_into_world
 
-drop_stale(Path(__file__).parent)  # solids and triangle are compiled into these loops
+drop_stale(Path(__file__).parent)  # solids and vectors are compiled into these loops
 
 Whole = NDArray[np.int64]
 SLACK = 1e-6  # [cells], of an outline
@@ -76,42 +75,23 @@ def is_nearer(x: float, before: float) -> bool:
 @compiled
 def cast_solid(
     number: int, kind: int, size: Vector, R_wg: Vector, p_g: Vector, box: Vector, grid: Vector,
-    origin_w: Vector, t_wg: Vector, rays_w: Vector, starts: Whole,
+    rays_w: Vector, starts: Whole,
     geom: NDArray[np.int32], distance: Vector, normals_w: Vector,
 ) -> None:  # fmt: skip
     """Let the rays from ``p_g`` in the solid's frame that pass the outline ``box`` meet solid ``number``."""
-    r, n = np.empty(3), np.empty(3)
-    difference = origin_w - t_wg
-    c = dot(difference, difference) - solids.bounding_radius_squared(kind, size)
+    r, q, n = np.empty(3), np.empty(3), np.empty(3)
     left, right = cells(box[0], box[1], grid[4], starts.shape[1] - 1)
     top, bottom = cells(box[2], box[3], grid[4], starts.shape[0])
     for row in range(top, bottom):
         for k in range(starts[row, left], starts[row, right]):
-            ray = rays_w[k]
-            x, face = solids.first_root(dot(ray, ray), dot(ray, difference), c), 0
-            if x < 0.0:
-                continue
-            if kind != SPHERE:
-                for i in range(3):
-                    r[i] = R_wg[0, i] * ray[0] + R_wg[1, i] * ray[1] + R_wg[2, i] * ray[2]
-                if kind == BOX:
-                    x, face = solids.meet_box(size, p_g, r)
-                elif kind == CAPSULE:
-                    x, face = solids.meet_capsule(size, p_g, r)
-                else:
-                    x, face = solids.meet_cylinder(size, p_g, r)
+            into_frame(R_wg, rays_w[k], r)
+            x = meet_solid(kind, size, p_g, r)
             if is_nearer(x, distance[k]):
                 geom[k], distance[k] = number, x
-                if kind == SPHERE:
-                    for i in range(3):
-                        n[i] = origin_w[i] + ray[i] * x - t_wg[i]
-                    solids.normalise(n)
-                    for i in range(3):
-                        normals_w[k, i] = n[i]
-                else:
-                    solids.solid_normal(kind, size, p_g, r, x, face, n)
-                    for i in range(3):
-                        normals_w[k, i] = dot(R_wg[i], n)
+                for i in range(3):
+                    q[i] = p_g[i] + x * r[i]
+                solid_normal(kind, size, q, n)
+                normal_into_world(R_wg, n, normals_w[k])
 
 
 @compiled
@@ -120,13 +100,18 @@ def cast_mesh(
     grid: Vector, R_wc: Vector, from_origin: Vector, rays_w: Vector, starts: Whole,
     geom: NDArray[np.int32], distance: Vector, normals_w: Vector,
 ) -> None:  # fmt: skip
-    """Let rays from ``p_g`` in the mesh's frame meet mesh ``number``, of ``vertices`` (V, 3) and ``faces`` (F, 3)."""
+    """Let rays from ``p_g`` in the mesh's frame meet mesh ``number``, of ``vertices`` (V, 3) and ``faces`` (F, 3).
+
+    With a, b, c from ``p_g`` to a triangle's corners, ray r passes each edge on the side that r . (a x b),
+    r . (b x c) and r . (c x a) say, and meets the triangle where none differs in sign from the others. The normal is
+    n = a x b + b x c + c x a, the distance n . a / n . r. Neighbours share an edge's product, so no ray passes between.
+    """
     at, box = np.empty((len(vertices), 3)), np.empty(4)
     for m in range(len(vertices)):
         v = vertices[m]
         project(from_origin, R_wg, v[0], v[1], v[2], R_wc, grid, at[m])
-    r, b0, b1, n = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
-    corners, ways, edges = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
+    r, n = np.empty(3), np.empty(3)
+    corners, edges = np.empty((3, 3)), np.empty((3, 3))
     for f in range(len(faces)):
         open_outline(box)
         for i in range(3):
@@ -135,32 +120,24 @@ def cast_mesh(
         top, bottom = cells(box[2], box[3], grid[4], starts.shape[0])
         if left >= right or top >= bottom:
             continue
-        scale = 0.0
         for i in range(3):
             for j in range(3):
-                corners[i, j] = vertices[faces[f, i], j]
-                ways[i, j] = corners[i, j] - p_g[j]
-            scale = max(scale, dot(ways[i], ways[i]))
+                corners[i, j] = vertices[faces[f, i], j] - p_g[j]
         for i in range(3):
-            cross(ways[i], ways[(i + 1) % 3], edges[i])
+            cross(corners[i], corners[(i + 1) % 3], edges[i])
+        for j in range(3):
+            n[j] = edges[0, j] + edges[1, j] + edges[2, j]
+        volume = dot(n, corners[0])
         for row in range(top, bottom):
             for k in range(starts[row, left], starts[row, right]):
-                ray = rays_w[k]
-                for i in range(3):
-                    r[i] = R_wg[0, i] * ray[0] + R_wg[1, i] * ray[1] + R_wg[2, i] * ray[2]
+                into_frame(R_wg, rays_w[k], r)
                 e0, e1, e2 = dot(r, edges[0]), dot(r, edges[1]), dot(r, edges[2])
-                beside = BESIDE * scale * (abs(r[0]) + abs(r[1]) + abs(r[2]))
-                if min(e0, e1, e2) < -beside and max(e0, e1, e2) > beside:
-                    continue  # on both sides of the edges, so outside
-                plane_of_ray(r, b0, b1)
-                if not inside(corners, p_g, b0, b1):
-                    continue
-                x = meet_plane(corners, p_g, r, b0, b1, n)
+                if min(e0, e1, e2) < 0.0 < max(e0, e1, e2) or e0 + e1 + e2 == 0.0:
+                    continue  # beside the triangle, or along it
+                x = volume / (e0 + e1 + e2)
                 if is_nearer(x, distance[k]):
                     geom[k], distance[k] = number, x
-                    solids.normalise(n)
-                    for i in range(3):
-                        normals_w[k, i] = dot(R_wg[i], n)
+                    normal_into_world(R_wg, n, normals_w[k])
 
 
 @compiled
@@ -182,11 +159,7 @@ def cast(
     for number in geoms:
         R_wg = rotations[number]
         from_origin = positions_w[number] - origin_w
-        difference = origin_w - positions_w[number]
-        for i in range(3):
-            p_g[i] = (
-                R_wg[0, i] * difference[0] + R_wg[1, i] * difference[1] + R_wg[2, i] * difference[2]
-            )
+        into_frame(R_wg, -from_origin, p_g)
         if kinds[number] == MESH:
             v0, v1, f0, f1 = meshes[number]
             cast_mesh(
@@ -202,6 +175,6 @@ def cast(
             project(from_origin, R_wg, x, y, z, R_wc, grid, at)
             extend(box, at)
         cast_solid(
-            number, kinds[number], sizes[number], R_wg, p_g, box, grid, origin_w, positions_w[number], rays_w, starts,
+            number, kinds[number], sizes[number], R_wg, p_g, box, grid, rays_w, starts,
             geom, distance, normals_w,
         )  # fmt: skip
