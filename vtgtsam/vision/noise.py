@@ -88,8 +88,8 @@ class DepthNoise:
 
     @property
     def persistence(self) -> float:
-        """Share of the noise that is the same 10 images later, in [0, 1]."""
-        return self._share_kept(1)
+        """Share of the noise that is the same 10 images later, in [0, 1]; before that was seen, one image later."""
+        return self._share_kept(1 if self._kept[1, 1] > 0.0 else 0)
 
     def _share_kept(self, n: int) -> float:
         """Measured, or all of it where that could not be seen yet."""
@@ -112,7 +112,8 @@ class DepthNoise:
         seen &= (zone == FAR) & (np.abs(difference) < WIDEST_SIGMAS * self.sigma)
         if np.count_nonzero(seen) >= FEWEST:
             left = np.where(seen, difference, np.nan)
-            self._learn_persistence(left, view.camera)
+            if self.images > 1:  # the first image is learnt from twice, before and after it is aligned
+                self._learn_persistence(left, view.camera)
             self._learn_correlation(left)
 
     def _learn_variance(self, rest: np.ndarray, zone: np.ndarray) -> None:
@@ -127,7 +128,7 @@ class DepthNoise:
             self._variance[z] = now if np.isnan(before) else before * (now / before) ** share
 
     def _learn_persistence(self, residual: np.ndarray, camera: CameraIntrinsics) -> None:
-        """Compare with what was left in images some time ago, pixel by pixel."""
+        """Compare with what was left in images some time ago, pixel by pixel; what all have in common is the pose's."""
         self._earlier.append((camera, residual))
         for n, apart in enumerate(APART):
             if len(self._earlier) <= apart:
@@ -140,7 +141,7 @@ class DepthNoise:
             both = ~(np.isnan(now) | np.isnan(then))
             if np.count_nonzero(both) < FEWEST:
                 continue
-            a, b = now[both], then[both]
+            a, b = now[both] - now[both].mean(), then[both] - then[both].mean()
             sums = np.array([float(a @ b), 0.5 * float(a @ a + b @ b)]) / len(a)
             self._kept[n] += (sums - self._kept[n]) / MEMORY
         del self._earlier[: -max(APART)]
