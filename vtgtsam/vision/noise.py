@@ -112,7 +112,7 @@ class DepthNoise:
         seen &= (zone == FAR) & (np.abs(difference) < WIDEST_SIGMAS * self.sigma)
         if np.count_nonzero(seen) >= FEWEST:
             left = np.where(seen, difference, np.nan)
-            if self.images > 1:  # the first image is learnt from twice, before and after it is aligned
+            if self.images > 1:  # the first image comes twice: before it is aligned, and after
                 self._learn_persistence(left, view.camera)
             self._learn_correlation(left)
 
