@@ -187,14 +187,19 @@ def visual_noise(
         rotation, translation = config.visual_weights
         noise = pose_noise(rotation / images_alike, translation / images_alike)
         return welsch_of_norm(noise, log_theta)
-    covariance = frame.visual_covariance
-    if covariance is None:
-        covariance = np.diag(1.0 / np.repeat(config.visual_weights, 3))
+    covariance = tracker_covariance(frame, config)
     if prior is not None and not certain:
         assert frame.T_wo_visual is not None
         covariance = covariance + prior.camera_share(frame.T_wo_visual)
     noise = gtsam.noiseModel.Gaussian.Covariance(images_alike * covariance)
     return welsch_of_norm(noise, log_theta)
+
+
+def tracker_covariance(frame: Frame, config: EstimatorConfig) -> np.ndarray:
+    """Of a frame's visual pose, without the camera's share, shape (6, 6): its own, or by the configured weights."""
+    if frame.visual_covariance is not None:
+        return frame.visual_covariance
+    return np.diag(1.0 / np.repeat(config.visual_weights, 3))
 
 
 def _graph(*factors: gtsam.NonlinearFactor | None) -> gtsam.NonlinearFactorGraph:

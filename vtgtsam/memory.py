@@ -5,7 +5,8 @@ Before a frame the last posterior is widened by the motion of the present mode a
 
     n/2 ||Log(T_ho(t-1)^-1 T_ho)||^2_Lambda,    Lambda = (M(t-1)^-1 + Q_mode(dt))^-1,
 
-n times as heavy since the frame's own terms count as one of n that say the same (``modes``).
+n times as heavy since the frame's own terms count as one of n that say the same (``modes``). Where two images show how
+the object moved, it is expected there, and Q is what that leaves unsure (``seen_motion``).
 
 A visual pose whose errors stay alike for tau seconds (``Measurement.visual_correlation``) repeats what memory holds of
 the images before, dt seconds ago and earlier. So it counts as one of
@@ -39,6 +40,7 @@ from .factors.motion import motion_factor, widened
 from .frame import Frame
 from .knowledge import FrameInformation, Knowledge, fused
 from .modes import Mode, random_walk, repetitions
+from .seen_motion import Seen, seen_motion
 
 
 class Belief(NamedTuple):
@@ -51,6 +53,7 @@ class Belief(NamedTuple):
         refused_since: Instant [s] from which on vision has been refused; None where it is believed.
         seen_at: Instant of the last visual pose [s]; None where there has been none.
         offsets_share: By which share what the hand said is as uncertain as it is because of the robot's offsets.
+        seen: The last visual pose, if it was believed.
     """
 
     time: float
@@ -59,15 +62,16 @@ class Belief(NamedTuple):
     refused_since: float | None = None
     seen_at: float | None = None
     offsets_share: float = 0.0
+    seen: Seen | None = None
 
 
 class Expectation(NamedTuple):
     """What the frames before say about the pose now.
 
     Attributes:
-        T_ho: The last pose.
+        T_ho: The last pose, moved as images show.
         before: How sure it was.
-        spread: How the pose may have moved since, a covariance (6, 6).
+        spread: How the pose may have moved otherwise since, a covariance (6, 6).
         information: Lambda, about ``T_ho`` now, shape (6, 6).
         repetitions: n, as one of how many frames that say the same this one counts.
         images_alike: m / n, as one of how many images beside that its visual pose counts.
@@ -97,14 +101,17 @@ def expectation(
         return None
     settings: ModeSettings = getattr(config, mode)
     dt = frame.time - before.time
-    spread = random_walk(settings, dt)
+    T_ho, spread = before.T_ho, random_walk(settings, dt)
+    if before.seen is not None and frame.T_ho_visual is not None and dt > 0.0 and not frame.suspect:
+        motion, spread = seen_motion(before.seen, T_ho, frame, spread, config)
+        T_ho = T_ho.retract(motion)
     information = before.knowledge.information
     if dt > 0.0:
         information = widened(information, spread)
     n, m = repetitions(settings.correlation, dt), images_alike(before, frame, spread)
     if m > n:
         n = max(n, min(m, pads_alike(before, dt, spread, config)))
-    return Expectation(before.T_ho, before.knowledge, spread, information, n, max(1.0, m / n))
+    return Expectation(T_ho, before.knowledge, spread, information, n, max(1.0, m / n))
 
 
 def images_alike(before: Belief, frame: Frame, spread: np.ndarray) -> float:
@@ -155,3 +162,12 @@ def seen_at(before: Belief | None, frame: Frame) -> float | None:
     if frame.T_ho_visual is not None:
         return frame.time
     return None if before is None else before.seen_at
+
+
+def last_seen(
+    before: Belief | None, frame: Frame, T_ho: gtsam.Pose3, refused: float | None
+) -> Seen | None:
+    """The last visual pose, this frame's included, and the estimate there; None if it was refused."""
+    if frame.T_ho_visual is None:
+        return None if before is None else before.seen
+    return Seen(frame.T_ho_visual, T_ho) if refused is None else None

@@ -26,7 +26,7 @@ from .frame import Frame
 from .graph import visual_noise
 from .history import LinearizedHand, Past
 from .knowledge import vision_information
-from .memory import Belief, expectation, may_take_over, refused_since, seen_at
+from .memory import Belief, expectation, last_seen, may_take_over, refused_since, seen_at
 from .offsets import CalibrationPrior
 from .optimize import optimize
 from .solver import OBJECT
@@ -81,8 +81,15 @@ def solved_again(
         assert frame.T_wo_visual is not None
         says = says.plus(vision_information(visual, values, prior, frame.T_wo_visual))
     T_ho, knowledge = values.atPose3(OBJECT), expected.posterior(says)
-    seen, share = seen_at(before, frame), hand.says.offsets_share
-    after = Belief(frame.time, T_ho, knowledge, refused, seen, share)
+    after = Belief(
+        frame.time,
+        T_ho,
+        knowledge,
+        refused,
+        seen_at(before, frame),
+        hand.says.offsets_share,
+        last_seen(before, frame, T_ho, refused),
+    )
     return past._replace(before=before, after=after, hand=hand), weight
 
 

@@ -19,7 +19,15 @@ from .graph import FrameFactors, frame_factors
 from .hands.pads import PadSet
 from .history import LinearizedHand
 from .knowledge import FrameInformation, Knowledge, fused, hand_information, vision_information
-from .memory import Belief, Expectation, expectation, may_take_over, refused_since, seen_at
+from .memory import (
+    Belief,
+    Expectation,
+    expectation,
+    last_seen,
+    may_take_over,
+    refused_since,
+    seen_at,
+)
 from .modes import Mode
 from .offsets import CalibrationPrior
 from .optimize import Solution, optimize
@@ -102,8 +110,15 @@ class FrameSolver:
         knowledge = fused(says) if expected is None else expected.posterior(says)
         refused = refused_since(before, frame, fit.visual_weight, self._config)
         kept = knowledge if self._config.memory else None
-        seen = seen_at(before, frame)
-        belief = Belief(frame.time, fit.T_ho, kept, refused, seen, hand.offsets_share)
+        belief = Belief(
+            frame.time,
+            fit.T_ho,
+            kept,
+            refused,
+            seen_at(before, frame),
+            hand.offsets_share,
+            last_seen(before, frame, fit.T_ho, refused),
+        )
         return Solved(fit, hand, knowledge, belief)
 
     def linearized_hand(

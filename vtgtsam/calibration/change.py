@@ -69,4 +69,5 @@ class Change:
         if belief.knowledge is None:
             return belief
         step = -belief.knowledge.sensitivity @ self._offsets
-        return belief._replace(T_ho=belief.T_ho.retract(step))
+        seen = None if self._offsets.any() else belief.seen  # it was with the other calibration
+        return belief._replace(T_ho=belief.T_ho.retract(step), seen=seen)
