@@ -102,7 +102,8 @@ def expectation(
     settings: ModeSettings = getattr(config, mode)
     dt = frame.time - before.time
     T_ho, spread = before.T_ho, random_walk(settings, dt)
-    if before.seen is not None and frame.T_ho_visual is not None and dt > 0.0 and not frame.suspect:
+    shows_motion = mode != "held" and frame.T_ho_visual is not None and not frame.suspect
+    if before.seen is not None and shows_motion and dt > 0.0:
         motion, spread = seen_motion(before.seen, T_ho, frame, spread, config)
         T_ho = T_ho.retract(motion)
     information = before.knowledge.information
