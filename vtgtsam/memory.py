@@ -9,23 +9,17 @@ n times as heavy since the frame's own terms count as one of n that say the same
 the object moved, it is expected there, and Q is what that leaves unsure (``seen_motion``).
 
 A visual pose whose errors stay alike for tau seconds (``Measurement.visual_correlation``) repeats what memory holds of
-the images before, dt seconds ago and earlier. So it counts as one of
+the images before, dt seconds ago and earlier, and so do the pads that it is weighed against: a robot's offsets stay as
+well. So its frame counts as one of
 
-    m = max(n, 1 + (tau / dt - 1) s),    s = tr((I + Q_mode M(t-1))^-1) / 6
+    n = max(n_mode, m),    1 / m = s dt / tau + 1 - s,    s = tr((I + Q M(t-1))^-1) / 6
 
-images, tau / dt of them as far as memory still holds what they said: s is the mean share of what was known that is left
-after the motion, 1 of an object that does not move, 0 of one that moves far. Its loss is divided by m / n beside touch.
+frames: of tau / dt, but of no more than memory holds. s is the mean share of what was known that is left after the
+motion, 1 of an object that does not move, 0 of one that moves far, so that 1 / (1 - s) frames are held. Counted so,
+many frames that are worth one leave the pose as sure as one of them does, not less.
 (Of errors with autocorrelation exp(-t / tau'), N images in a long time T are worth T / (2 tau') independent ones;
 Bayley and Hammersley, "The Effective Number of Independent Observations in an Autocorrelated Time Series", 1946. So
 tau = 2 tau', the integral of the autocorrelation.)
-
-What a robot believes wrongly of itself stays as well, and with it the pads' errors, by the share r of them that it
-makes (``FrameInformation.offsets_share``). Beside images that err alike a frame's pads are not to count as often as if
-each frame were news, so with tau_r = ``offsets_correlation`` the frame counts as one of
-
-    n' = max(n, min(m, 1 + (tau_r / dt - 1) s r)),
-
-but of no more than images do: a tracker that has settled beside the object must not win for being seen often.
 """
 
 from __future__ import annotations
@@ -36,6 +30,7 @@ import gtsam
 import numpy as np
 
 from .config import EstimatorConfig, ModeSettings
+from .doubt import Doubt
 from .factors.motion import motion_factor, widened
 from .frame import Frame
 from .knowledge import FrameInformation, Knowledge, fused
@@ -52,8 +47,8 @@ class Belief(NamedTuple):
         knowledge: How sure that is; None where nothing is remembered but the pose.
         refused_since: Instant [s] from which on vision has been refused; None where it is believed.
         seen_at: Instant of the last visual pose [s]; None where there has been none.
-        offsets_share: By which share what the hand said is as uncertain as it is because of the robot's offsets.
         seen: The last visual pose, if it was believed.
+        doubt: How much less the hand's information counts.
     """
 
     time: float
@@ -61,8 +56,8 @@ class Belief(NamedTuple):
     knowledge: Knowledge | None = None
     refused_since: float | None = None
     seen_at: float | None = None
-    offsets_share: float = 0.0
     seen: Seen | None = None
+    doubt: Doubt = Doubt()
 
 
 class Expectation(NamedTuple):
@@ -74,7 +69,6 @@ class Expectation(NamedTuple):
         spread: How the pose may have moved otherwise since, a covariance (6, 6).
         information: Lambda, about ``T_ho`` now, shape (6, 6).
         repetitions: n, as one of how many frames that say the same this one counts.
-        images_alike: m / n, as one of how many images beside that its visual pose counts.
     """
 
     T_ho: gtsam.Pose3
@@ -82,7 +76,6 @@ class Expectation(NamedTuple):
     spread: np.ndarray
     information: np.ndarray
     repetitions: float
-    images_alike: float = 1.0
 
     def factor(self, key: int) -> gtsam.PriorFactorPose3:
         """The motion factor on the pose ``key``."""
@@ -109,31 +102,17 @@ def expectation(
     information = before.knowledge.information
     if dt > 0.0:
         information = widened(information, spread)
-    n, m = repetitions(settings.correlation, dt), images_alike(before, frame, spread)
-    if m > n:
-        n = max(n, min(m, pads_alike(before, dt, spread, config)))
-    return Expectation(T_ho, before.knowledge, spread, information, n, max(1.0, m / n))
+    n = repetitions(settings.correlation, dt)
+    if frame.visual_correlation > 0.0 and before.seen_at is not None:
+        alike = repetitions(frame.visual_correlation, frame.time - before.seen_at)
+        n = max(n, frames_alike(alike, before.knowledge.information, spread))
+    return Expectation(T_ho, before.knowledge, spread, information, n)
 
 
-def images_alike(before: Belief, frame: Frame, spread: np.ndarray) -> float:
-    """m: as one of how many images that err alike a frame's visual pose counts; see above."""
-    if frame.visual_correlation == 0.0 or before.seen_at is None:
-        return 1.0
-    alike = repetitions(frame.visual_correlation, frame.time - before.seen_at)
-    return 1.0 + (alike - 1.0) * _left(before, spread)
-
-
-def pads_alike(before: Belief, dt: float, spread: np.ndarray, config: EstimatorConfig) -> float:
-    """As one of how many frames whose pads err alike a frame counts dt [s] after the one before; see above."""
-    alike = repetitions(config.offsets_correlation, dt)
-    return 1.0 + (alike - 1.0) * _left(before, spread) * before.offsets_share
-
-
-def _left(before: Belief, spread: np.ndarray) -> float:
-    """s: the mean share of what was known before that the motion since has left."""
-    assert before.knowledge is not None
-    inverse = np.linalg.inv(np.eye(6) + spread @ before.knowledge.information)
-    return float(np.trace(inverse)) / 6.0
+def frames_alike(alike: float, information: np.ndarray, spread: np.ndarray) -> float:
+    """m, for tau / dt frames that err alike, what was known before, M, and the motion since, Q; see above."""
+    left = float(np.trace(np.linalg.inv(np.eye(6) + spread @ information))) / 6.0
+    return 1.0 / (left / alike + 1.0 - left)
 
 
 def refused_since(

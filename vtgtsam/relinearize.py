@@ -60,23 +60,24 @@ def solved_again(
     """
     frame, hand = past.frame, past.hand
     expected = expectation(before, frame, past.mode, config)
-    if expected is None or hand is None:
+    if before is None or expected is None or hand is None:
         return None
     factors: list[gtsam.NonlinearFactor] = [expected.factor(OBJECT)]
     visual = None
     if frame.T_ho_visual is not None:
-        noise = visual_noise(frame, config, prior, expected.images_alike)
+        noise = visual_noise(frame, config, prior)
         visual = visual_factor(OBJECT, frame.T_ho_visual, noise)
         factors.append(visual)
     values = _least(factors, hand, config)
     if not _near(hand, values):
         hand = linearize(frame, values.atPose3(OBJECT), prior)
         values = _least(factors, hand, config)
-    weight = visual_weight(visual, values, config.visual_log_theta, expected.images_alike)
+    weight = visual_weight(visual, values, config.visual_log_theta)
     refused = refused_since(before, frame, weight, config)
     if not _near(hand, values) or may_take_over(frame, refused, config):
         return None
-    says = hand.says
+    doubt = before.doubt if past.after is None else past.after.doubt
+    says = hand.says.doubted(doubt.kappa, prior)
     if visual is not None:
         assert frame.T_wo_visual is not None
         says = says.plus(vision_information(visual, values, prior, frame.T_wo_visual))
@@ -87,8 +88,8 @@ def solved_again(
         knowledge,
         refused,
         seen_at(before, frame),
-        hand.says.offsets_share,
         last_seen(before, frame, T_ho, refused),
+        doubt,
     )
     return past._replace(before=before, after=after, hand=hand), weight
 

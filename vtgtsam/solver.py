@@ -14,8 +14,9 @@ import gtsam
 from gtsam.symbol_shorthand import Q, X
 
 from .config import EstimatorConfig
+from .doubt import Doubt, otherwise
 from .frame import Frame
-from .graph import FrameFactors, frame_factors
+from .graph import FrameFactors, frame_factors, total_covariance
 from .hands.pads import PadSet
 from .history import LinearizedHand
 from .knowledge import FrameInformation, Knowledge, fused, hand_information, vision_information
@@ -74,6 +75,8 @@ class FrameSolver:
         self._sdf = sdf
         self._config = config
         self._closest = ClosestPoints(hand, sdf)
+        # From a perturbation of the object frame to that of a frame in the middle of the object.
+        self._to_center = gtsam.Pose3(gtsam.Rot3(), -(sdf.lower + sdf.upper) / 2.0).AdjointMap()
 
     def solve(
         self,
@@ -100,26 +103,44 @@ class FrameSolver:
             fit = self._as_seen(frame, self._factors(frame, start, prior), start)
         else:
             fit = self._fused(frame, self._factors(frame, start, prior), start)
-        factors = fit.factors
-        hand = says = hand_information(factors, fit.values, prior)
-        if factors.visual is not None:
-            assert frame.T_wo_visual is not None
-            says = hand.plus(
-                vision_information(factors.visual, fit.values, prior, frame.T_wo_visual)
-            )
+        hand = hand_information(fit.factors, fit.values, prior)
+        doubt = self._doubt(frame, prior, before, fit) if self._config.memory else Doubt()
+        says = hand.doubted(doubt.kappa, prior)
+        if fit.factors.visual is not None:
+            says = says.plus(_vision(frame, prior, fit))
         knowledge = fused(says) if expected is None else expected.posterior(says)
         refused = refused_since(before, frame, fit.visual_weight, self._config)
-        kept = knowledge if self._config.memory else None
         belief = Belief(
             frame.time,
             fit.T_ho,
-            kept,
+            knowledge if self._config.memory else None,
             refused,
             seen_at(before, frame),
-            hand.offsets_share,
             last_seen(before, frame, fit.T_ho, refused),
+            doubt,
         )
         return Solved(fit, hand, knowledge, belief)
+
+    def _doubt(
+        self, frame: Frame, prior: CalibrationPrior, before: Belief | None, fit: Fit
+    ) -> Doubt:
+        """How linear the frame is by itself, from the pose where it was solved on."""
+        doubt = Doubt() if before is None else before.doubt
+        if frame.T_ho_visual is None or fit.visual_weight < self._config.refused_weight:
+            return doubt
+        covariance = total_covariance(frame, self._config, prior)
+        centre = self._to_center
+        if not frame.touching.any() or not doubt.is_due(frame.time, centre @ covariance @ centre.T):
+            return doubt
+        factors = self._factors(frame, fit.T_ho, prior)
+        alone = self._solved(factors, factors.graph(), fit.T_ho)
+        says = hand_information(factors, alone.values, prior).plus(_vision(frame, prior, alone))
+        there = otherwise(frame.T_ho_visual, covariance, frame.time)
+        factors = self._factors(frame._replace(T_ho_visual=there), there, prior)
+        other = self._solved(factors, factors.graph(), there)
+        off = gtsam.Pose3.Logmap(alone.T_ho.between(other.T_ho))
+        squared = float(off @ says.information @ off) / 6.0
+        return doubt.after(frame.time, squared, other.error - alone.error)
 
     def linearized_hand(
         self, frame: Frame, T_ho: gtsam.Pose3, prior: CalibrationPrior
@@ -136,11 +157,8 @@ class FrameSolver:
         frame: Frame,
         start: gtsam.Pose3,
         prior: CalibrationPrior,
-        images_alike: float = 1.0,
     ) -> FrameFactors:
-        return frame_factors(
-            frame, self._closest, OBJECT, self._config, prior, ZEROS, start, images_alike
-        )
+        return frame_factors(frame, self._closest, OBJECT, self._config, prior, ZEROS, start)
 
     def _as_seen(self, frame: Frame, factors: FrameFactors, start: gtsam.Pose3) -> Fit:
         """Method ``vis``: the visual pose as it is; where there is none the last one, carried with the hand."""
@@ -164,8 +182,7 @@ class FrameSolver:
         expected: Expectation | None,
     ) -> tuple[Fit, Expectation | None]:
         """The frame and what the frames before say; vision takes over where it was refused for long."""
-        alike = 1.0 if expected is None else expected.images_alike
-        factors = self._factors(frame, start, prior, alike)
+        factors = self._factors(frame, start, prior)
         graph = factors.graph()
         if expected is not None:
             graph.push_back(expected.factor(OBJECT))
@@ -174,8 +191,6 @@ class FrameSolver:
         if expected is None or not may_take_over(frame, refused, self._config):
             return fit, expected
         assert frame.T_ho_visual is not None
-        if alike > 1.0:  # by itself it is the first that says so
-            factors = self._factors(frame, start, prior)
         alone = self._solved(factors, factors.graph(), frame.T_ho_visual)
         if frame.touching.any() and not _better(factors, alone, fit, frame.suspect):
             return fit, expected
@@ -196,7 +211,7 @@ class FrameSolver:
 
     def _fit(self, factors: FrameFactors, solution: Solution, moved: bool) -> Fit:
         log_theta = self._config.visual_log_theta
-        weight = visual_weight(factors.visual, solution.values, log_theta, factors.images_alike)
+        weight = visual_weight(factors.visual, solution.values, log_theta)
         return Fit(factors, *solution, moved, weight)
 
     def __getstate__(self) -> dict[str, Any]:
@@ -212,6 +227,12 @@ def _at(T_ho: gtsam.Pose3) -> gtsam.Values:
     values = gtsam.Values()
     values.insert(OBJECT, pose3=T_ho)  # by name: GTSAM finds the overload sooner
     return values
+
+
+def _vision(frame: Frame, prior: CalibrationPrior, fit: Fit) -> FrameInformation:
+    """What the visual pose says where the frame was solved."""
+    assert fit.factors.visual is not None and frame.T_wo_visual is not None
+    return vision_information(fit.factors.visual, fit.values, prior, frame.T_wo_visual)
 
 
 def _better(factors: FrameFactors, alone: Fit, fit: Fit, suspect: bool) -> bool:
