@@ -50,9 +50,10 @@ def run(recording: Path, frames: int) -> None:
 
 
 def compared(replay: Replay) -> list[dict[str, Any]]:
-    """Median time of a frame of each, and its ratio to the first one's, from the medians of blocks."""
+    """Time of a frame of each, and the ratio to the first one's of blocks' medians, and of the means of all frames."""
     estimators = {name: estimator(replay, config) for name, config in COMPARED.items()}
     blocks: dict[str, list[float]] = {name: [] for name in COMPARED}
+    means: dict[str, list[float]] = {name: [] for name in COMPARED}
     for turn in range(ROUNDS):
         for of in estimators.values():
             of.reset()
@@ -61,12 +62,16 @@ def compared(replay: Replay) -> list[dict[str, Any]]:
                 times = [_time(of, frame) for frame in replay.frames[begin : begin + BLOCK]]
                 if turn:
                     blocks[name].append(float(np.median(times)))
+                    means[name].append(float(np.mean(times)))
     first = np.array(next(iter(blocks.values())))
+    first_mean = float(np.mean(next(iter(means.values()))))
     return [
         {
             "frame": name,
             "median [ms]": 1e3 * float(np.median(times)),
             "times the first": float(np.median(np.array(times) / first)),
+            "mean [ms]": 1e3 * float(np.mean(means[name])),
+            "times the first's mean": float(np.mean(means[name])) / first_mean,
         }
         for name, times in blocks.items()
     ]

@@ -37,6 +37,8 @@ from .knowledge import FrameInformation, Knowledge, fused
 from .modes import Mode, random_walk, repetitions
 from .seen_motion import Seen, seen_motion
 
+TOGETHER = 0.15  # [s], visual poses that are farther apart may err otherwise: the tracker has lost and found it
+
 
 class Belief(NamedTuple):
     """What is believed after a frame. A value: the estimator can go back to an earlier one.
@@ -47,6 +49,7 @@ class Belief(NamedTuple):
         knowledge: How sure that is; None where nothing is remembered but the pose.
         refused_since: Instant [s] from which on vision has been refused; None where it is believed.
         seen_at: Instant of the last visual pose [s]; None where there has been none.
+        correlation: For how long its errors stay alike [s].
         seen: The last visual pose, if it was believed.
         doubt: How much less the hand's information counts.
     """
@@ -56,6 +59,7 @@ class Belief(NamedTuple):
     knowledge: Knowledge | None = None
     refused_since: float | None = None
     seen_at: float | None = None
+    correlation: float = 0.0
     seen: Seen | None = None
     doubt: Doubt = Doubt()
 
@@ -95,18 +99,34 @@ def expectation(
     settings: ModeSettings = getattr(config, mode)
     dt = frame.time - before.time
     T_ho, spread = before.T_ho, random_walk(settings, dt)
-    shows_motion = mode != "held" and frame.T_ho_visual is not None and not frame.suspect
-    if before.seen is not None and shows_motion and dt > 0.0:
-        motion, spread = seen_motion(before.seen, T_ho, frame, spread, config)
-        T_ho = T_ho.retract(motion)
+    if dt > 0.0 and mode != "held" and _shows_motion(before, frame):
+        assert before.seen is not None and before.seen_at is not None
+        walk = random_walk(settings, frame.time - before.seen_at)
+        motion, left = seen_motion(before.seen, T_ho, frame, walk, config)
+        T_ho, spread = T_ho.retract(motion), left @ spread
+        spread = (spread + spread.T) / 2.0
     information = before.knowledge.information
     if dt > 0.0:
         information = widened(information, spread)
-    n = repetitions(settings.correlation, dt)
-    if frame.visual_correlation > 0.0 and before.seen_at is not None:
-        alike = repetitions(frame.visual_correlation, frame.time - before.seen_at)
-        n = max(n, frames_alike(alike, before.knowledge.information, spread))
+    alike = frames_alike(_errs_alike(before, frame), before.knowledge.information, spread)
+    n = max(repetitions(settings.correlation, dt), alike)
     return Expectation(T_ho, before.knowledge, spread, information, n)
+
+
+def _shows_motion(before: Belief, frame: Frame) -> bool:
+    """Whether a frame's visual pose and the last one tell of the motion between them."""
+    if before.seen is None or before.seen_at is None or frame.T_ho_visual is None:
+        return False
+    return not frame.suspect and frame.time - before.seen_at <= TOGETHER
+
+
+def _errs_alike(before: Belief, frame: Frame) -> float:
+    """Tau / dt of a frame: of its image, or of pads by themselves for as long as the last image said."""
+    if frame.T_ho_visual is None:
+        return repetitions(before.correlation, frame.time - before.time)
+    if before.seen_at is None:
+        return 1.0
+    return repetitions(frame.visual_correlation, frame.time - before.seen_at)
 
 
 def frames_alike(alike: float, information: np.ndarray, spread: np.ndarray) -> float:
@@ -137,17 +157,21 @@ def may_take_over(frame: Frame, since: float | None, config: EstimatorConfig) ->
     return not frame.touching.any() or frame.time - since >= config.restart_after
 
 
-def seen_at(before: Belief | None, frame: Frame) -> float | None:
-    """Instant of the last visual pose [s], this frame's included."""
+def believed(
+    before: Belief | None,
+    frame: Frame,
+    T_ho: gtsam.Pose3,
+    knowledge: Knowledge | None,
+    visual_weight: float,
+    doubt: Doubt,
+    config: EstimatorConfig,
+) -> Belief:
+    """What is believed after a frame."""
+    refused = refused_since(before, frame, visual_weight, config)
+    belief = Belief(frame.time, T_ho, knowledge, refused, doubt=doubt)
     if frame.T_ho_visual is not None:
-        return frame.time
-    return None if before is None else before.seen_at
-
-
-def last_seen(
-    before: Belief | None, frame: Frame, T_ho: gtsam.Pose3, refused: float | None
-) -> Seen | None:
-    """The last visual pose, this frame's included, and the estimate there; None if it was refused."""
-    if frame.T_ho_visual is None:
-        return None if before is None else before.seen
-    return Seen(frame.T_ho_visual, T_ho) if refused is None else None
+        seen = Seen(frame.T_ho_visual, T_ho) if refused is None else None
+        return belief._replace(seen_at=frame.time, correlation=frame.visual_correlation, seen=seen)
+    if before is None:
+        return belief
+    return belief._replace(seen_at=before.seen_at, correlation=before.correlation, seen=before.seen)

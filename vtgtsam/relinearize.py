@@ -26,7 +26,7 @@ from .frame import Frame
 from .graph import visual_noise
 from .history import LinearizedHand, Past
 from .knowledge import vision_information
-from .memory import Belief, expectation, last_seen, may_take_over, refused_since, seen_at
+from .memory import Belief, believed, expectation, may_take_over, refused_since
 from .offsets import CalibrationPrior
 from .optimize import optimize
 from .solver import OBJECT
@@ -82,15 +82,7 @@ def solved_again(
         assert frame.T_wo_visual is not None
         says = says.plus(vision_information(visual, values, prior, frame.T_wo_visual))
     T_ho, knowledge = values.atPose3(OBJECT), expected.posterior(says)
-    after = Belief(
-        frame.time,
-        T_ho,
-        knowledge,
-        refused,
-        seen_at(before, frame),
-        last_seen(before, frame, T_ho, refused),
-        doubt,
-    )
+    after = believed(before, frame, T_ho, knowledge, weight, doubt, config)
     return past._replace(before=before, after=after, hand=hand), weight
 
 

@@ -7,9 +7,10 @@ images, which cancels in their difference. So the visual poses tell more of the 
     d = Log(T_ho_visual(t-1)^-1 T_ho_visual(t)),    rotation [rad] first, then translation [m],
 
 than of where the object is. With D = 2 R, the two poses' own errors R as if they were independent, the camera's share
-left out, and the random walk Q of the present mode the motion and what is left unsure of it are
+left out, and the random walk Q of the present mode since the image before, the motion is expected to be K d, and of
+what the walk has unsure I - K is left:
 
-    K = Q (Q + D / w)^-1,    K d,    (I - K) Q.
+    K = Q (Q + D / w)^-1
 
 A difference that neither explains, a flip or a jump, counts less by Welsch's weight w = exp(-d' (Q + D)^-1 d / theta),
 with theta as for the visual pose itself. Where frames without an image came between, d is what they have not moved yet.
@@ -45,13 +46,13 @@ class Seen(NamedTuple):
 def seen_motion(
     seen: Seen, T_ho: gtsam.Pose3, frame: Frame, walk: np.ndarray, config: EstimatorConfig
 ) -> tuple[np.ndarray, np.ndarray]:
-    """The motion K d since the frame before, shape (6,), and its covariance (I - K) Q, shape (6, 6).
+    """The motion K d, shape (6,), and I - K, shape (6, 6).
 
     Args:
         seen: The image before.
         T_ho: The estimate in the frame before.
         frame: The frame now, with its visual pose.
-        walk: Q, since the frame before, shape (6, 6).
+        walk: Q, since the image before, shape (6, 6).
         config: Settings.
     """
     assert frame.T_ho_visual is not None
@@ -61,7 +62,6 @@ def seen_motion(
     squared = float(moved @ np.linalg.solve(walk + errors, moved))
     weight = math.exp(-squared / math.exp(config.visual_log_theta))
     if weight < NOTHING:
-        return np.zeros(6), walk
+        return np.zeros(6), np.eye(6)
     gain = walk @ np.linalg.inv(walk + errors / weight)
-    left = walk - gain @ walk
-    return gain @ moved, (left + left.T) / 2.0
+    return gain @ moved, np.eye(6) - gain

@@ -23,11 +23,10 @@ from .knowledge import FrameInformation, Knowledge, fused, hand_information, vis
 from .memory import (
     Belief,
     Expectation,
+    believed,
     expectation,
-    last_seen,
     may_take_over,
     refused_since,
-    seen_at,
 )
 from .modes import Mode
 from .offsets import CalibrationPrior
@@ -109,16 +108,8 @@ class FrameSolver:
         if fit.factors.visual is not None:
             says = says.plus(_vision(frame, prior, fit))
         knowledge = fused(says) if expected is None else expected.posterior(says)
-        refused = refused_since(before, frame, fit.visual_weight, self._config)
-        belief = Belief(
-            frame.time,
-            fit.T_ho,
-            knowledge if self._config.memory else None,
-            refused,
-            seen_at(before, frame),
-            last_seen(before, frame, fit.T_ho, refused),
-            doubt,
-        )
+        kept = knowledge if self._config.memory else None
+        belief = believed(before, frame, fit.T_ho, kept, fit.visual_weight, doubt, self._config)
         return Solved(fit, hand, knowledge, belief)
 
     def _doubt(

@@ -109,6 +109,9 @@ def test_which_frames_err_alike():
     assert counts_as(2.0, 1.0 - PERIOD) == pytest.approx(60.0)  # 2 s at 30 Hz
     assert counts_as(2.0, 1.0 - 3 * PERIOD) == pytest.approx(20.0)  # every third has an image
     assert counts_as(2.0, 1.0 - 10 * PERIOD) == pytest.approx(15.0)  # 0.5 s, as any frames
+    before = believed(1e-3, 1.0 - PERIOD)._replace(correlation=2.0)
+    unseen = frame_with(0.0)._replace(T_ho_visual=None)  # pads by themselves err alike as well
+    assert expectation(before, unseen, "held", config).repetitions == pytest.approx(60.0)
     assert counts_as(2.0, None) == counts_as(0.0, 1.0 - PERIOD) == pytest.approx(15.0)
 
 
@@ -117,9 +120,10 @@ def test_many_frames_alike_are_worth_what_one_is_not_less_and_hardly_more(mode):
     variances = np.repeat(np.square(SIGMA), 3)
     information = np.diag(1.0 / variances)
     says = FrameInformation(information, np.zeros(6), np.zeros((6, 6)), information)
-    frame = frame_with(LASTING)._replace(T_ho_visual=None)  # its motion is not to be seen
+    frame = frame_with(LASTING)
     belief = believed(SIGMA[1], 1.0 - PERIOD)._replace(
-        knowledge=Knowledge(information, np.diag(variances), np.zeros((6, 6)))
+        seen=None,  # its motion is not to be seen
+        knowledge=Knowledge(information, np.diag(variances), np.zeros((6, 6))),
     )
     for _ in range(300):
         expected = expectation(belief, frame, mode, EstimatorConfig())
