@@ -6,9 +6,10 @@ images, which cancels in their difference. So the visual poses tell more of the 
 
     d = Log(T_ho_visual(t-1)^-1 T_ho_visual(t)),    rotation [rad] first, then translation [m],
 
-than of where the object is. With D = 2 R, the two poses' own errors R as if they were independent, the camera's share
-left out, and the random walk Q of the present mode since the image before, the motion is expected to be K d, and of
-what the walk has unsure I - K is left:
+than of where the object is. D = 8 R is how unsure d is: both poses' own covariance R, without the camera's share, as if
+their errors were independent, and with twice their sigmas, since a tracker lags and jumps where fingers come. With the
+random walk Q of the present mode since the image before, the motion is expected to be K d, and of what the walk has
+unsure I - K is left:
 
     K = Q (Q + D / w)^-1
 
@@ -28,6 +29,7 @@ from .config import EstimatorConfig
 from .frame import Frame
 from .graph import tracker_covariance
 
+ERRORS = 2.0 * 2.0**2  # D / R
 NOTHING = 1e-3  # below this weight a difference says nothing
 
 
@@ -58,7 +60,7 @@ def seen_motion(
     assert frame.T_ho_visual is not None
     moved = gtsam.Pose3.Logmap(seen.T_ho_visual.between(frame.T_ho_visual))
     moved = moved - gtsam.Pose3.Logmap(seen.T_ho.between(T_ho))
-    errors = 2.0 * tracker_covariance(frame, config)
+    errors = ERRORS * tracker_covariance(frame, config)
     squared = float(moved @ np.linalg.solve(walk + errors, moved))
     weight = math.exp(-squared / math.exp(config.visual_log_theta))
     if weight < NOTHING:
