@@ -65,5 +65,6 @@ def seen_motion(
     weight = math.exp(-squared / math.exp(config.visual_log_theta))
     if weight < NOTHING:
         return np.zeros(6), np.eye(6)
-    gain = walk @ np.linalg.inv(walk + errors / weight)
-    return gain @ moved, np.eye(6) - gain
+    errors = errors / weight
+    share = np.linalg.inv(walk + errors)
+    return walk @ share @ moved, errors @ share  # I - K = D (Q + D)^-1, without cancellation

@@ -76,6 +76,20 @@ def test_a_jump_is_no_motion(jump):
     np.testing.assert_array_equal(left, np.eye(6))
 
 
+@pytest.mark.parametrize("sigma", [1e-3, 1e-6, 1e-9, 1e-12])
+def test_a_tracker_that_is_surer_than_numbers_are_leaves_a_covariance(sigma):
+    pad = gtsam.Pose3().matrix()[None]
+    estimator = PoseEstimator(PADS, load_object("ball"))
+    for n in range(5):
+        T_wo = gtsam.Pose3(gtsam.Rot3(), [0.001 * n, 0.0, 0.05])
+        estimate = estimator.update(
+            Measurement(n * PERIOD, [0], T_wp=pad, T_wo_visual=T_wo, visual_sigma=(sigma, sigma))
+        )
+    assert np.isfinite(estimate.T_wo.matrix()).all() and estimate.faults == ()
+    assert (np.linalg.eigvalsh(estimate.covariance) > 0.0).all()
+    np.testing.assert_allclose(estimate.T_wo.translation(), T_wo.translation(), atol=2e-3)
+
+
 @pytest.mark.parametrize("frames_an_image", [1, 8])
 def test_an_object_that_a_finger_pushes_is_followed_by_a_camera_that_may_be_off(frames_an_image):
     """The camera may be off by 1.2 mm, which is the same in all images: the tracker's 0.2 mm tell of the motion."""
