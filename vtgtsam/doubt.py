@@ -23,9 +23,7 @@ import numpy as np
 
 EVERY = 0.25  # [s], so often
 OVER = 8.0  # poses that the mean is over
-WIDE = np.repeat(
-    [0.035, 0.002], 3
-)  # [rad, m], vision that is surer holds the pose where all is linear
+WIDE = np.repeat([0.035, 0.002], 3)  # [rad, m], surer vision holds the pose where all is linear
 MOST = 100.0  # of one pose, in the mean
 # How the visual pose comes out otherwise [sigma], one after the other: what is replayed looks at the same again.
 OTHERWISE = np.random.default_rng(0).normal(size=(16, 6))
