@@ -25,6 +25,7 @@ EVERY = 0.25  # [s], so often
 OVER = 8.0  # poses that the mean is over
 WIDE = np.repeat([0.035, 0.002], 3)  # [rad, m], surer vision holds the pose where all is linear
 MOST = 100.0  # of one pose, in the mean
+FARTHEST = math.pi, 1.0  # [rad], [m], however unsure vision is: farther off nothing touches
 # How the visual pose comes out otherwise [sigma], one after the other: what is replayed looks at the same again.
 OTHERWISE = np.random.default_rng(0).normal(size=(16, 6))
 
@@ -68,5 +69,7 @@ class Doubt(NamedTuple):
 def otherwise(T_ho_visual: gtsam.Pose3, covariance: np.ndarray, time: float) -> gtsam.Pose3:
     """The visual pose as it might have come out instead; ``covariance`` (6, 6) of a perturbation of its frame."""
     sigmas = OTHERWISE[round(time / EVERY) % len(OTHERWISE)]
-    moved: gtsam.Pose3 = T_ho_visual.retract(np.linalg.cholesky(covariance) @ sigmas)
+    step = np.linalg.cholesky(covariance) @ sigmas
+    beyond = max(np.linalg.norm(step[:3]) / FARTHEST[0], np.linalg.norm(step[3:]) / FARTHEST[1])
+    moved: gtsam.Pose3 = T_ho_visual.retract(step / max(beyond, 1.0))
     return moved

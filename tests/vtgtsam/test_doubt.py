@@ -94,6 +94,14 @@ def test_the_pose_comes_out_otherwise_as_its_covariance_says():
         np.testing.assert_allclose(T.localCoordinates(there) / sigmas, expected, atol=1e-6)
 
 
+@pytest.mark.parametrize("sigma", [1.0, 1e4, 1e150])
+def test_vision_that_knows_next_to_nothing_is_no_reason_to_stop(sigma):
+    pads, obj, frames, _ = seen_with(SURE, count=10)
+    estimate, doubt = last(pads, obj, [replace(f, visual_sigma=(sigma, sigma)) for f in frames])
+    assert estimate.status == "ok" and np.isfinite(estimate.T_wo.matrix()).all()
+    assert np.isfinite(doubt.kappa)
+
+
 def test_doubt_widens_what_the_hand_says_and_leaves_how_far_offsets_pull():
     rng = np.random.default_rng(0)
     prior = CalibrationPrior.of_config(EstimatorConfig(), np.zeros(3, dtype=int), np.zeros(3))
