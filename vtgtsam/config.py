@@ -80,6 +80,7 @@ class Settings(TypedDict, total=False):
     held_speed: float
     refused_weight: float
     restart_after: float
+    offsets_correlation: float
 
 
 class EstimatorConfig(BaseModel):
@@ -181,6 +182,10 @@ class EstimatorConfig(BaseModel):
     restart_after: NotNegative = Field(
         default=0.5, description="for how long vision is refused before it may take over again [s]"
     )
+    offsets_correlation: NotNegative = Field(
+        default=3.0,
+        description="for how long pads err alike by the robot's offsets, beside images that err alike [s]",
+    )
 
     @classmethod
     def simulation(cls, **overrides: Unpack[Settings]) -> EstimatorConfig:
@@ -280,10 +285,7 @@ PRESETS = {
 }
 
 _RANGE = ("greater_than", "greater_than_equal", "less_than_equal", "finite_number")
-_GONE = {
-    "engine": "every frame is a graph that GTSAM's optimiser solves",
-    "offsets_correlation": "pads err alike for as long as the visual pose beside them says of itself",
-}
+_GONE = {"engine": "every frame is a graph that GTSAM's optimiser solves"}
 
 _MUST_BE = {  # by the type of pydantic's error
     "greater_than": "above {gt:g}",

@@ -40,6 +40,7 @@ class FrameFactors(NamedTuple):
         tactile: Pulls its surface onto the pads that touch.
         penetration: Pushes it out of all pads.
         zeros: What is known of the joints' zeros, where the pads' factors have them as an unknown.
+        images_alike: As one of how many images that err alike the visual pose counts.
     """
 
     key: int
@@ -48,6 +49,7 @@ class FrameFactors(NamedTuple):
     tactile: gtsam.CustomFactor | None = None
     penetration: gtsam.CustomFactor | None = None
     zeros: gtsam.PriorFactorVector | None = None
+    images_alike: float = 1.0
 
     def graph(self) -> gtsam.NonlinearFactorGraph:
         """The factors together: the frame's cost."""
@@ -120,6 +122,7 @@ def frame_factors(
     prior: CalibrationPrior | None = None,
     zeros_key: int | None = None,
     T_ho: gtsam.Pose3 | None = None,
+    images_alike: float = 1.0,
 ) -> FrameFactors:
     """The factors of a frame's cost.
 
@@ -131,13 +134,14 @@ def frame_factors(
         prior: What is known of the robot's offsets; None: it is perfectly calibrated.
         zeros_key: Key of the joints' zeros, where ``prior`` has them uncertain.
         T_ho: About where the object is, which says how its distances depend on the zeros.
+        images_alike: As one of how many images that err alike the visual pose counts (``memory``).
     """
     pads = PadDistances(closest, frame.T_hp, frame.touching)
     factors = FrameFactors(key, pads)
     if frame.T_ho_visual is not None:
-        noise: gtsam.noiseModel.Base = visual_noise(frame, config, prior)
+        noise: gtsam.noiseModel.Base = visual_noise(frame, config, prior, images_alike)
         visual = visual_factor(key, frame.T_ho_visual, noise)
-        factors = factors._replace(visual=visual)
+        factors = factors._replace(visual=visual, images_alike=images_alike)
     if config.method == "vis" or not frame.pads_known:
         return factors
     zeros = None
@@ -171,13 +175,20 @@ def visual_noise(
     frame: Frame,
     config: EstimatorConfig,
     prior: CalibrationPrior | None = None,
+    images_alike: float = 1.0,
 ) -> gtsam.noiseModel.Robust:
-    """How sure a frame's visual pose is: its own covariance or the configured weights, and the camera's share."""
+    """How sure a frame's visual pose is: its own covariance or the configured weights, and the camera's share.
+
+    As one of n images that err alike its whole loss counts 1/n, rho(e) / n, which is Welsch's of e / n and theta / n.
+    """
+    log_theta = config.visual_log_theta - math.log(images_alike)
     if frame.visual_covariance is None and (prior is None or not prior.camera_uncertain):
-        noise = pose_noise(*config.visual_weights)
+        rotation, translation = config.visual_weights
+        noise = pose_noise(rotation / images_alike, translation / images_alike)
     else:
-        noise = gtsam.noiseModel.Gaussian.Covariance(total_covariance(frame, config, prior))
-    return welsch_of_norm(noise, config.visual_log_theta)
+        covariance = total_covariance(frame, config, prior)
+        noise = gtsam.noiseModel.Gaussian.Covariance(images_alike * covariance)
+    return welsch_of_norm(noise, log_theta)
 
 
 def total_covariance(

@@ -43,6 +43,16 @@ class FrameInformation(NamedTuple):
     pull: np.ndarray
     noise: np.ndarray
 
+    @property
+    def offsets_share(self) -> float:
+        """Mean share of the variances S^-1 that the offsets make, in [0, 1]; 0 where nothing is said."""
+        if not self.pull.any():
+            return 0.0
+        inverse = known_inverse(self.information)
+        known = np.trace(inverse @ self.information)
+        made = np.trace(inverse @ (self.information - self.noise))
+        return float(made / known) if known > 0.0 else 0.0
+
     def doubted(self, kappa: float, prior: CalibrationPrior) -> FrameInformation:
         """As if it said 1 / kappa as much (``doubt``); the offsets pull the pose as far as before."""
         S, B = self.information / kappa, self.pull / kappa

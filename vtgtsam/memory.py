@@ -9,17 +9,23 @@ n times as heavy since the frame's own terms count as one of n that say the same
 the object moved, it is expected there, and Q is what that leaves unsure (``seen_motion``).
 
 A visual pose whose errors stay alike for tau seconds (``Measurement.visual_correlation``) repeats what memory holds of
-the images before, dt seconds ago and earlier, and so do the pads that it is weighed against: a robot's offsets stay as
-well. So its frame counts as one of
+the images before, dt seconds ago and earlier. So it counts as one of
 
-    n = max(n_mode, m),    1 / m = s dt / tau + 1 - s,    s = tr((I + Q M(t-1))^-1) / 6
+    m = max(n, 1 + (tau / dt - 1) s),    s = tr((I + Q_mode M(t-1))^-1) / 6
 
-frames: of tau / dt, but of no more than memory holds. s is the mean share of what was known that is left after the
-motion, 1 of an object that does not move, 0 of one that moves far, so that 1 / (1 - s) frames are held. Counted so,
-many frames that are worth one leave the pose as sure as one of them does, not less.
+images, tau / dt of them as far as memory still holds what they said: s is the mean share of what was known that is left
+after the motion, 1 of an object that does not move, 0 of one that moves far. Its loss is divided by m / n beside touch.
 (Of errors with autocorrelation exp(-t / tau'), N images in a long time T are worth T / (2 tau') independent ones;
 Bayley and Hammersley, "The Effective Number of Independent Observations in an Autocorrelated Time Series", 1946. So
 tau = 2 tau', the integral of the autocorrelation.)
+
+What a robot believes wrongly of itself stays as well, and with it the pads' errors, by the share r of them that it
+makes (``FrameInformation.offsets_share``). Beside images that err alike a frame's pads are not to count as often as if
+each frame were news, so with tau_r = ``offsets_correlation`` the frame counts as one of
+
+    n' = max(n, min(m, 1 + (tau_r / dt - 1) s r)),
+
+but of no more than images do: a tracker that has settled beside the object must not win for being seen often.
 """
 
 from __future__ import annotations
@@ -49,7 +55,7 @@ class Belief(NamedTuple):
         knowledge: How sure that is; None where nothing is remembered but the pose.
         refused_since: Instant [s] from which on vision has been refused; None where it is believed.
         seen_at: Instant of the last visual pose [s]; None where there has been none.
-        correlation: For how long its errors stay alike [s].
+        offsets_share: By which share what the hand said is as uncertain as it is because of the robot's offsets.
         seen: The last visual pose, if it was believed.
         doubt: How much less the hand's information counts.
     """
@@ -59,7 +65,7 @@ class Belief(NamedTuple):
     knowledge: Knowledge | None = None
     refused_since: float | None = None
     seen_at: float | None = None
-    correlation: float = 0.0
+    offsets_share: float = 0.0
     seen: Seen | None = None
     doubt: Doubt = Doubt()
 
@@ -73,6 +79,7 @@ class Expectation(NamedTuple):
         spread: How the pose may have moved otherwise since, a covariance (6, 6).
         information: Lambda, about ``T_ho`` now, shape (6, 6).
         repetitions: n, as one of how many frames that say the same this one counts.
+        images_alike: m / n, as one of how many images beside that its visual pose counts.
     """
 
     T_ho: gtsam.Pose3
@@ -80,6 +87,7 @@ class Expectation(NamedTuple):
     spread: np.ndarray
     information: np.ndarray
     repetitions: float
+    images_alike: float = 1.0
 
     def factor(self, key: int) -> gtsam.PriorFactorPose3:
         """The motion factor on the pose ``key``."""
@@ -108,9 +116,10 @@ def expectation(
     information = before.knowledge.information
     if dt > 0.0:
         information = widened(information, spread)
-    alike = frames_alike(_errs_alike(before, frame), before.knowledge.information, spread)
-    n = max(repetitions(settings.correlation, dt), alike)
-    return Expectation(T_ho, before.knowledge, spread, information, n)
+    n, m = repetitions(settings.correlation, dt), images_alike(before, frame, spread)
+    if m > n:
+        n = max(n, min(m, pads_alike(before, dt, spread, config)))
+    return Expectation(T_ho, before.knowledge, spread, information, n, max(1.0, m / n))
 
 
 def _shows_motion(before: Belief, frame: Frame) -> bool:
@@ -120,19 +129,25 @@ def _shows_motion(before: Belief, frame: Frame) -> bool:
     return not frame.suspect and frame.time - before.seen_at <= TOGETHER
 
 
-def _errs_alike(before: Belief, frame: Frame) -> float:
-    """Tau / dt of a frame: of its image, or of pads by themselves for as long as the last image said."""
-    if frame.T_ho_visual is None:
-        return repetitions(before.correlation, frame.time - before.time)
-    if before.seen_at is None:
+def images_alike(before: Belief, frame: Frame, spread: np.ndarray) -> float:
+    """m: as one of how many images that err alike a frame's visual pose counts; see above."""
+    if frame.visual_correlation == 0.0 or before.seen_at is None:
         return 1.0
-    return repetitions(frame.visual_correlation, frame.time - before.seen_at)
+    alike = repetitions(frame.visual_correlation, frame.time - before.seen_at)
+    return 1.0 + (alike - 1.0) * _left(before, spread)
 
 
-def frames_alike(alike: float, information: np.ndarray, spread: np.ndarray) -> float:
-    """m, for tau / dt frames that err alike, what was known before, M, and the motion since, Q; see above."""
-    left = float(np.trace(np.linalg.inv(np.eye(6) + spread @ information))) / 6.0
-    return 1.0 / (left / alike + 1.0 - left)
+def pads_alike(before: Belief, dt: float, spread: np.ndarray, config: EstimatorConfig) -> float:
+    """As one of how many frames whose pads err alike a frame counts dt [s] after the one before; see above."""
+    alike = repetitions(config.offsets_correlation, dt)
+    return 1.0 + (alike - 1.0) * _left(before, spread) * before.offsets_share
+
+
+def _left(before: Belief, spread: np.ndarray) -> float:
+    """s: the mean share of what was known before that the motion since has left."""
+    assert before.knowledge is not None
+    inverse = np.linalg.inv(np.eye(6) + spread @ before.knowledge.information)
+    return float(np.trace(inverse)) / 6.0
 
 
 def refused_since(
@@ -163,15 +178,16 @@ def believed(
     T_ho: gtsam.Pose3,
     knowledge: Knowledge | None,
     visual_weight: float,
+    offsets_share: float,
     doubt: Doubt,
     config: EstimatorConfig,
 ) -> Belief:
     """What is believed after a frame."""
     refused = refused_since(before, frame, visual_weight, config)
-    belief = Belief(frame.time, T_ho, knowledge, refused, doubt=doubt)
+    belief = Belief(frame.time, T_ho, knowledge, refused, offsets_share=offsets_share, doubt=doubt)
     if frame.T_ho_visual is not None:
         seen = Seen(frame.T_ho_visual, T_ho) if refused is None else None
-        return belief._replace(seen_at=frame.time, correlation=frame.visual_correlation, seen=seen)
+        return belief._replace(seen_at=frame.time, seen=seen)
     if before is None:
         return belief
-    return belief._replace(seen_at=before.seen_at, correlation=before.correlation, seen=before.seen)
+    return belief._replace(seen_at=before.seen_at, seen=before.seen)

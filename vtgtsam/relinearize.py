@@ -65,14 +65,14 @@ def solved_again(
     factors: list[gtsam.NonlinearFactor] = [expected.factor(OBJECT)]
     visual = None
     if frame.T_ho_visual is not None:
-        noise = visual_noise(frame, config, prior)
+        noise = visual_noise(frame, config, prior, expected.images_alike)
         visual = visual_factor(OBJECT, frame.T_ho_visual, noise)
         factors.append(visual)
     values = _least(factors, hand, config)
     if not _near(hand, values):
         hand = linearize(frame, values.atPose3(OBJECT), prior)
         values = _least(factors, hand, config)
-    weight = visual_weight(visual, values, config.visual_log_theta)
+    weight = visual_weight(visual, values, config.visual_log_theta, expected.images_alike)
     refused = refused_since(before, frame, weight, config)
     if not _near(hand, values) or may_take_over(frame, refused, config):
         return None
@@ -82,7 +82,8 @@ def solved_again(
         assert frame.T_wo_visual is not None
         says = says.plus(vision_information(visual, values, prior, frame.T_wo_visual))
     T_ho, knowledge = values.atPose3(OBJECT), expected.posterior(says)
-    after = believed(before, frame, T_ho, knowledge, weight, doubt, config)
+    share = hand.says.offsets_share
+    after = believed(before, frame, T_ho, knowledge, weight, share, doubt, config)
     return past._replace(before=before, after=after, hand=hand), weight
 
 

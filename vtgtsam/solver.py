@@ -109,7 +109,16 @@ class FrameSolver:
             says = says.plus(_vision(frame, prior, fit))
         knowledge = fused(says) if expected is None else expected.posterior(says)
         kept = knowledge if self._config.memory else None
-        belief = believed(before, frame, fit.T_ho, kept, fit.visual_weight, doubt, self._config)
+        belief = believed(
+            before,
+            frame,
+            fit.T_ho,
+            kept,
+            fit.visual_weight,
+            hand.offsets_share,
+            doubt,
+            self._config,
+        )
         return Solved(fit, hand, knowledge, belief)
 
     def _doubt(
@@ -148,8 +157,11 @@ class FrameSolver:
         frame: Frame,
         start: gtsam.Pose3,
         prior: CalibrationPrior,
+        images_alike: float = 1.0,
     ) -> FrameFactors:
-        return frame_factors(frame, self._closest, OBJECT, self._config, prior, ZEROS, start)
+        return frame_factors(
+            frame, self._closest, OBJECT, self._config, prior, ZEROS, start, images_alike
+        )
 
     def _as_seen(self, frame: Frame, factors: FrameFactors, start: gtsam.Pose3) -> Fit:
         """Method ``vis``: the visual pose as it is; where there is none the last one, carried with the hand."""
@@ -173,7 +185,8 @@ class FrameSolver:
         expected: Expectation | None,
     ) -> tuple[Fit, Expectation | None]:
         """The frame and what the frames before say; vision takes over where it was refused for long."""
-        factors = self._factors(frame, start, prior)
+        alike = 1.0 if expected is None else expected.images_alike
+        factors = self._factors(frame, start, prior, alike)
         graph = factors.graph()
         if expected is not None:
             graph.push_back(expected.factor(OBJECT))
@@ -182,6 +195,8 @@ class FrameSolver:
         if expected is None or not may_take_over(frame, refused, self._config):
             return fit, expected
         assert frame.T_ho_visual is not None
+        if alike > 1.0:  # by itself it is the first that says so
+            factors = self._factors(frame, start, prior)
         alone = self._solved(factors, factors.graph(), frame.T_ho_visual)
         if frame.touching.any() and not _better(factors, alone, fit, frame.suspect):
             return fit, expected
@@ -202,7 +217,7 @@ class FrameSolver:
 
     def _fit(self, factors: FrameFactors, solution: Solution, moved: bool) -> Fit:
         log_theta = self._config.visual_log_theta
-        weight = visual_weight(factors.visual, solution.values, log_theta)
+        weight = visual_weight(factors.visual, solution.values, log_theta, factors.images_alike)
         return Fit(factors, *solution, moved, weight)
 
     def __getstate__(self) -> dict[str, Any]:

@@ -67,11 +67,16 @@ def visual_weight(
     visual: gtsam.PriorFactorPose3 | None,
     values: gtsam.Values,
     log_theta: float,
+    images_alike: float = 1.0,
 ) -> float:
-    """How much the visual pose counts after its Welsch loss, in [0, 1]: rho' = 1 - rho / theta."""
+    """How much the visual pose counts after its Welsch loss, in [0, 1]: rho' = 1 - rho / theta.
+
+    As if it counted alone: beside images that err alike its loss in the graph is ``images_alike`` times smaller.
+    """
     if visual is None:
         return 0.0
-    return max(0.0, 1.0 - 2.0 * visual.error(values) / math.exp(log_theta))
+    loss = 2.0 * images_alike * visual.error(values)
+    return max(0.0, 1.0 - loss / math.exp(log_theta))
 
 
 def held_by_hand(fit: Fit) -> bool:

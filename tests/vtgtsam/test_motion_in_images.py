@@ -111,4 +111,4 @@ def test_an_object_that_a_finger_pushes_is_followed_by_a_camera_that_may_be_off(
         )  # fmt: skip
         truth.append(T_wo)
         estimates.append(estimator.update(measurement))
-    assert errors(estimates, truth).max() < 0.004
+    assert errors(estimates, truth).max() < 0.006  # of 50 mm

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Frames that err alike count as one: memory does not take from many what one of them knows."""
+"""Images that err alike count as one: memory does not take from many what one of them knows."""
 
 from dataclasses import replace
 
@@ -12,7 +12,7 @@ from vtgtsam import EstimatorConfig, Measurement
 from vtgtsam.frame import check
 from vtgtsam.hands.pads import Pad, PadSet
 from vtgtsam.knowledge import FrameInformation, Knowledge
-from vtgtsam.memory import Belief, expectation, frames_alike
+from vtgtsam.memory import Belief, expectation, images_alike
 
 LASTING = 20.0  # [s]
 NO_TOUCH = {"w_tac": 1e2, "w_pen": 1e2}  # 10 cm: it is vision that tells
@@ -92,44 +92,45 @@ def believed(sigma, seen_at):
     return Belief(1.0 - PERIOD, gtsam.Pose3(), knowledge, None, seen_at)
 
 
-def test_how_many_frames_one_counts_as():
-    known = np.eye(6) * 1e6
+def test_how_many_images_one_counts_as():
+    frame = frame_with(2.0)
     at_rest, far, half = (np.eye(6) * variance for variance in (1e-16, 1.0, 1e-6))
-    assert frames_alike(60.0, known, at_rest) == pytest.approx(60.0)
-    assert frames_alike(60.0, known, far) == pytest.approx(1.0, abs=1e-3)
-    assert frames_alike(60.0, known, half) == pytest.approx(2.0, abs=0.05)  # no more are held
+    now = believed(1e-3, 1.0 - PERIOD)
+    assert images_alike(now, frame, at_rest) == pytest.approx(60.0)  # 2 s at 30 Hz
+    assert images_alike(now, frame, far) == pytest.approx(1.0, abs=1e-3)
+    assert images_alike(now, frame, half) == pytest.approx(30.5)  # as far as memory holds the rest
+    rarely = believed(1e-3, 1.0 - 10 * PERIOD)  # of ten frames one had an image
+    assert images_alike(rarely, frame, at_rest) == pytest.approx(6.0)
+    never = believed(1e-3, None)
+    assert images_alike(never, frame, at_rest) == 1.0
+    assert images_alike(now, frame_with(0.0), at_rest) == 1.0
 
 
-def test_which_frames_err_alike():
-    config = EstimatorConfig(held=(1e-9, 1e-9, 0.5))
-
-    def counts_as(correlation, seen_at):
-        return expectation(believed(1e-3, seen_at), frame_with(correlation), "held", config).repetitions  # fmt: skip
-
-    assert counts_as(2.0, 1.0 - PERIOD) == pytest.approx(60.0)  # 2 s at 30 Hz
-    assert counts_as(2.0, 1.0 - 3 * PERIOD) == pytest.approx(20.0)  # every third has an image
-    assert counts_as(2.0, 1.0 - 10 * PERIOD) == pytest.approx(15.0)  # 0.5 s, as any frames
-    before = believed(1e-3, 1.0 - PERIOD)._replace(correlation=2.0)
-    unseen = frame_with(0.0)._replace(T_ho_visual=None)  # pads by themselves err alike as well
-    assert expectation(before, unseen, "held", config).repetitions == pytest.approx(60.0)
-    assert counts_as(2.0, None) == counts_as(0.0, 1.0 - PERIOD) == pytest.approx(15.0)
+@pytest.mark.parametrize("known", [6, 3, 0])
+def test_the_share_that_offsets_make_is_that_of_what_is_said(known):
+    information = np.diag([1e4] * known + [0.0] * (6 - known))
+    pull = np.sqrt(0.25 * information)  # of six offsets with variance 1
+    says = FrameInformation(information, np.zeros(6), pull, 0.75 * information)
+    assert says.offsets_share == pytest.approx(0.25 if known else 0.0)
+    assert says._replace(pull=np.zeros((6, 6)), noise=information).offsets_share == 0.0
 
 
-@pytest.mark.parametrize("mode", ["moving", "held"])
-def test_many_frames_alike_are_worth_what_one_is_not_less_and_hardly_more(mode):
-    variances = np.repeat(np.square(SIGMA), 3)
-    information = np.diag(1.0 / variances)
-    says = FrameInformation(information, np.zeros(6), np.zeros((6, 6)), information)
-    frame = frame_with(LASTING)
-    belief = believed(SIGMA[1], 1.0 - PERIOD)._replace(
-        seen=None,  # its motion is not to be seen
-        knowledge=Knowledge(information, np.diag(variances), np.zeros((6, 6))),
-    )
-    for _ in range(300):
-        expected = expectation(belief, frame, mode, EstimatorConfig())
-        belief = belief._replace(knowledge=expected.posterior(says))
-    known = np.diag(np.linalg.inv(belief.knowledge.information)) / variances
-    assert 0.3 < known.mean() < 1.05
+@pytest.mark.parametrize(
+    ("share", "frames", "images"),
+    [
+        (0.0, 15, 60),  # of a robot that knows itself: 0.5 s at 30 Hz, beside 2 s
+        (0.25, 1 + 89 / 4, 60),  # a quarter of what is unsure stays: 3 s
+        (1.0, 60, 60),  # never less than images
+    ],
+)
+def test_pads_of_a_robot_that_is_wrong_about_itself_err_alike_as_well(share, frames, images):
+    config = EstimatorConfig(held=(1e-9, 1e-9, 0.5), offsets_correlation=3.0)
+    before = believed(1e-3, 1.0 - PERIOD)._replace(offsets_share=share)
+    expected = expectation(before, frame_with(2.0), "held", config)
+    assert expected.repetitions == pytest.approx(frames)
+    assert expected.repetitions * expected.images_alike == pytest.approx(images)
+    unlike = expectation(before, frame_with(0.0), "held", config)
+    assert (unlike.repetitions, unlike.images_alike) == (pytest.approx(15), 1.0)
 
 
 @pytest.mark.parametrize("wrong", [-1.0, np.inf, np.nan, "long", None])
