@@ -80,6 +80,20 @@ def memory(
     run(recordings, disturbed or recordings, jobs)
 
 
+@app.command(name="memory-settings")
+def memory_settings(
+    recordings: Annotated[
+        list[Path],
+        typer.Argument(help="Folders of recordings that nothing is reported on.", exists=True),
+    ],
+    jobs: Annotated[int, typer.Option(min=1, help="Processes to use.")] = 2,
+) -> None:
+    """Compare memory's settings with each of them halved and doubled."""
+    from .memory_settings import run
+
+    run(recordings, jobs)
+
+
 @app.command()
 def images(
     recordings: Annotated[
