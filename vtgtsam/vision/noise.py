@@ -109,12 +109,21 @@ class DepthNoise:
             )  # a finger on the object is no noise of its surface
         self.images += 1
         self._learn_variance(difference[seen], zone[seen])
-        seen &= (zone == FAR) & (np.abs(difference) < WIDEST_SIGMAS * self.sigma)
-        if np.count_nonzero(seen) >= FEWEST:
-            left = np.where(seen, difference, np.nan)
+        left = self._left(difference, zone, seen)
+        if np.count_nonzero(~np.isnan(left)) >= FEWEST:
             if self.images > 1:  # the first image comes twice: before it is aligned, and after
                 self._learn_persistence(left, view.camera)
             self._learn_correlation(left)
+
+    def _left(self, difference: np.ndarray, zone: np.ndarray, seen: np.ndarray) -> np.ndarray:
+        """What is left far from edges [m], NaN elsewhere; of what is too thin for that, everywhere, as if far."""
+        limit = WIDEST_SIGMAS * self.sigma
+        far = seen & (zone == FAR) & (np.abs(difference) < limit)
+        if np.count_nonzero(far) >= FEWEST:
+            return np.where(far, difference, np.nan)
+        as_if_far = self.sigma / np.sqrt(np.fmax(self._variance, self.sigma**2))
+        left = difference * as_if_far[zone]
+        return np.where(seen & (np.abs(left) < limit), left, np.nan)
 
     def _learn_variance(self, rest: np.ndarray, zone: np.ndarray) -> None:
         for z in range(ZONES):

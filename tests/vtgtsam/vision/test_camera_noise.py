@@ -91,6 +91,20 @@ def test_images_of_which_other_rows_were_looked_at_are_not_compared():
     assert noise.persistence == 1.0  # ten images apart never are: it may all stay
 
 
+@pytest.mark.parametrize(("stays", "expected"), [(0.0, 0.0), (0.9, 0.81)])
+def test_what_is_thin_tells_which_noise_stays_although_all_of_it_is_near_an_edge(stays, expected):
+    rng = np.random.default_rng(6)
+    marker = np.full(wall().shape, np.inf)
+    marker[35:41, 10:80] = 0.8
+    behind = np.where(np.isinf(marker), 2.0, marker)
+    fixed, noise = rng.standard_normal(marker.shape), DepthNoise()
+    for _ in range(60):
+        new = np.sqrt(1.0 - stays**2) * rng.standard_normal(marker.shape)
+        noise.learn(view_of(behind + SIGMA * (stays * fixed + new)), seen(marker))
+    assert noise.persistence == pytest.approx(expected, abs=0.1)
+    assert noise.correlation == (1.0, 1.0)
+
+
 def test_edges_are_distrusted_until_they_were_seen_and_then_taken_as_they_are():
     rng = np.random.default_rng(3)
     hand_depth = np.full(wall().shape, np.inf)
