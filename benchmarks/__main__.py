@@ -107,6 +107,14 @@ def images(
     run(recordings, jobs)
 
 
+@app.command()
+def tracker() -> None:
+    """Time the visual tracker's images, with either camera, with and without the hand's geometry."""
+    from .tracker import run
+
+    run()
+
+
 @app.command(name="hand-back")
 def hand_back(
     recordings: Annotated[
