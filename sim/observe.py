@@ -7,6 +7,7 @@ that a tracker could use, and leaving it out saves most of the ray casting.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Protocol
@@ -79,6 +80,10 @@ class Video(Protocol):
         """The images as measured [m], shape (height, width), 0 where nothing was."""
         ...
 
+    def infrared(self, noise: Noise) -> Iterator[np.ndarray | None]:
+        """The infrared images that show the same pixels, of uint8, same shape; None for a camera without."""
+        ...
+
     def aligned(self, depth: np.ndarray) -> np.ndarray:
         """One of them as the colour camera would have it [m]."""
         ...
@@ -110,6 +115,10 @@ class DepthVideo:
         for clean in self._clean:
             image = error.spoil_depth(clean.astype(np.float64), rng)
             yield add_depth_noise(image, rng, noise.scale)
+
+    def infrared(self, noise: Noise) -> Iterator[None]:
+        """None for each image."""
+        return itertools.repeat(None, len(self._clean))
 
     def aligned(self, depth: np.ndarray) -> np.ndarray:
         """The image itself."""

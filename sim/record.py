@@ -128,10 +128,13 @@ def _frames(take: Take, form: str) -> Iterator[Event]:
     fused = FusedLoop(take, tracker) if form.endswith(BACK) else None
     tracker.start(take.T_wo_registered)
     colors = itertools.repeat(None) if take.color is None else take.color.images(take.noise)
-    depths = take.video.images(take.noise, take.error)
-    for k, (image, color) in enumerate(zip(depths, colors, strict=False)):
+    images = zip(
+        take.video.images(take.noise, take.error), take.video.infrared(take.noise), strict=True
+    )
+    for k, ((image, infrared), color) in enumerate(zip(images, colors, strict=False)):
         joints, T_wh = take.measured_joints(t.frame_joints[k]), gtsam.Pose3(t.frame_T_wh[k])
-        tracked = tracker.update(image, take.T_wc, joints, T_wh)
+        beside = {} if infrared is None else {"infrared": infrared}
+        tracked = tracker.update(image, take.T_wc, joints, T_wh, **beside)
         if fused is not None:
             fused.after(k, tracked)
         time = float(t.frame_time[k])

@@ -227,6 +227,8 @@ def _metadata(
     settings: Settings, name: SequenceName, world: World, sample: Sample, scale: float
 ) -> dict[str, str]:
     robot = {} if settings.robot is None else {"robot": str(settings.robot)}
+    sees = settings.camera == "stereo" and settings.tracker.startswith("depth-hand")
+    infrared = {"infrared": "yes"} if sees else {}  # whether the tracker was given such images
     return {
         **object_metadata(world.obj),
         "hand": world.hand.name,
@@ -237,6 +239,7 @@ def _metadata(
         "noise_scale": f"{scale:g}",
         "tracker": settings.tracker,
         "camera": settings.camera,
+        **infrared,
         "visual_covariance": "tracker",
         "calibration_error": "yes" if settings.calibration_error or robot else "no",
         **robot,

@@ -51,6 +51,7 @@ class StereoVideo:
         replay = Replay(world.model, world.hand.joint_names)
         self._noise: Noise | None = None
         self._steps: list[np.ndarray] = []
+        self._left: list[np.ndarray] = []
         self._clean = []
         for joints, T_wh, T_wo in zip(
             trajectory.frame_joints, trajectory.frame_T_wh, trajectory.frame_T_wo, strict=True
@@ -66,19 +67,27 @@ class StereoVideo:
 
         A camera that sees edges as a real one needs no errors put in at edges: those of ``error`` are not.
         """
-        if self._noise != noise:
-            self._noise, self._steps = noise, list(self._measured(noise))
+        self._measure(noise)
         for steps in self._steps:
             disparity = steps * np.float32(rig.DISPARITY_STEP)
             yield depth_of(disparity, self.camera.fx, MAX_RANGE)
 
-    def _measured(self, noise: Noise) -> Iterator[np.ndarray]:
-        """Disparities in the camera's steps, whole numbers."""
+    def infrared(self, noise: Noise) -> Iterator[np.ndarray]:
+        """The left images that the depth was measured from, of uint8 and its shape."""
+        self._measure(noise)
+        yield from self._left
+
+    def _measure(self, noise: Noise) -> None:
+        """Keep disparities, in the camera's steps (whole numbers), and the left images."""
+        if self._noise == noise:
+            return
         rng, matcher = np.random.default_rng(noise.seed), Matcher()
+        self._noise, self._steps, self._left = noise, [], []
         for clean in self._clean:
             left, right = exposed(clean.astype(np.float32), rng, noise.scale)
             disparity = matcher.disparity(left, right)[self._inner]
-            yield (disparity / rig.DISPARITY_STEP).astype(np.uint16)
+            self._steps.append((disparity / rig.DISPARITY_STEP).astype(np.uint16))
+            self._left.append(left[self._inner].copy())
 
     def aligned(self, depth: np.ndarray) -> np.ndarray:
         """A depth image [m] as the colour camera would have it."""

@@ -18,6 +18,7 @@ import numpy as np
 from scipy import linalg
 
 from . import kernels, ray_kernels
+from .contour import Contour
 from .view import View
 
 if TYPE_CHECKING:
@@ -168,6 +169,18 @@ class Evidence:
         return credible
 
     @cached_property
+    def normals_c(self) -> np.ndarray:
+        """Unit normals of the predicted surface, camera frame, NaN beside it, shape (height, width, 3)."""
+        normals_c = np.empty((*self.predicted.shape, 3))
+        ray_kernels.normals(*self._shape.grid, *self._pose, self.predicted, normals_c)
+        return normals_c
+
+    @cached_property
+    def contour(self) -> Contour:
+        """The outline in the view's infrared image."""
+        return Contour(self._shape, self._view, self._pose, self.predicted, self.normals_c)
+
+    @cached_property
     def _sums(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Information (6, 6), gradient (6,), and the weighted sum of [s; 1] [s; 1]^T of the surface's points (4, 4)."""
         information, gradient, moments = np.zeros((7, 7)), np.zeros(7), np.zeros((4, 4))
@@ -189,11 +202,16 @@ class Evidence:
         together = float(np.prod(self._view.correlation))
         information, gradient, moments = (x / together for x in (information, gradient, moments))
         common = information[:6, 6] / (1.0 + information[6, 6])
-        return (
+        by_depth = (
             information[:6, :6] - np.outer(common, information[:6, 6]),
             gradient[:6] - common * gradient[6],
             moments,
         )
+        if self._view.infrared is None:
+            return by_depth
+        by_outline = self.contour.normal_equations()
+        information, gradient, moments = (a + b for a, b in zip(by_depth, by_outline, strict=True))
+        return information, gradient, moments
 
 
 def _turned(moments: np.ndarray, center: np.ndarray) -> np.ndarray:

@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: MIT
-"""A model tracker that needs nothing but depth images."""
+"""A model tracker that needs nothing but depth images, and makes use of the infrared ones beside them."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
 import gtsam
@@ -11,10 +12,13 @@ import numpy as np
 
 from ..camera import CameraIntrinsics
 from .alignment import Evidence, Shape, align, outline_pixels, stride
+from .contour import learn_shading
 from .expectation import WEAK, Expectation
 from .hand_mask import HandMask
+from .infrared import infrared_part
 from .noise import APART, DepthNoise
 from .search import Search, score
+from .shading import Shading
 from .tracker import TrackedPose
 from .view import View, crop
 
@@ -87,7 +91,7 @@ class DepthTracker:
         self._shape = Shape(obj.sdf)
         self._hand = None if hand is None else HandMask(hand)
         self._search = Search(self._shape)
-        self._noise = DepthNoise()
+        self._noise, self._shading = DepthNoise(), Shading()
         self._expected: Expectation | None = None
         self._hint: gtsam.Pose3 | None = None
         self._unseen = 0  # images that did not support the pose, since the last one that did
@@ -97,7 +101,7 @@ class DepthTracker:
         self._expected = Expectation(self._shape, T_wo)
         self._hint = None
         self._search.forget()
-        self._noise = DepthNoise()
+        self._noise, self._shading = DepthNoise(), Shading()
         self._unseen = 0
 
     def search_at(self, T_wo: gtsam.Pose3) -> None:
@@ -114,12 +118,22 @@ class DepthTracker:
         T_wc: gtsam.Pose3,
         joints: ArrayLike | Mapping[str, float] | None = None,
         T_wh: gtsam.Pose3 | None = None,
+        infrared: np.ndarray | None = None,
     ) -> TrackedPose:
         """The pose in the next image (see ``VisualTracker.update``).
 
+        Args:
+            depth: See there.
+            T_wc: See there.
+            joints: See there.
+            T_wh: See there.
+            infrared: The left infrared image of the stereo camera that measured the depth, of uint8 and the same
+                shape. A tracker that knows the hand finds the object's outline in it; another one cannot tell an
+                outline from a finger's, and does not look at it.
+
         Raises:
-            ValueError: The image has the wrong size, or no ``start`` came before, or a tracker that knows the
-                hand was not given its joints.
+            ValueError: An image has the wrong size or type, or no ``start`` came before, or a tracker that knows
+                the hand was not given its joints.
         """
         if self._expected is None:
             raise ValueError("the tracker has no pose to go on from; call start(T_wo) first")
@@ -132,6 +146,9 @@ class DepthTracker:
         view = crop(self.camera.check(depth), self.camera, *self._around(T_co, T_co_hint))
         if view is None:
             return TrackedPose.lost()
+        if infrared is not None and self._hand is not None:
+            part = infrared_part(infrared, self.camera, view.camera, self._shading)
+            view = replace(view, infrared=part)
         view = view.strided(stride(outline_pixels(self._shape, view, T_co), FINE_PIXELS))
         if self._hand is not None and joints is not None:
             T_hc = T_wc if T_wh is None else T_wh.inverse() * T_wc
@@ -178,7 +195,7 @@ class DepthTracker:
             return TrackedPose.lost(seen.visible_fraction)
         self._unseen = 0
         self._search.forget()
-        self._noise.learn(measured, seen)
+        self._learn(measured, seen)
         information, credible = seen.normal_equations()[0], seen.credible()
         expected.update(T_wc * T_co_now, information, credible, anew)
         return self._tracked(expected, credible, seen)
@@ -187,8 +204,13 @@ class DepthTracker:
         """The view with what was learnt of the camera's noise; in the first one, from that image itself."""
         at = Evidence(self._shape, measured, T_co)
         if self._noise.images == 0:
-            self._noise.learn(measured, at)
+            self._learn(measured, at)
         return self._noise.on(measured, at)
+
+    def _learn(self, measured: View, seen: Evidence) -> None:
+        self._noise.learn(measured, seen)
+        if measured.infrared is not None:
+            learn_shading(measured, seen)
 
     def _tracked(
         self, expected: Expectation, information: np.ndarray, seen: Evidence

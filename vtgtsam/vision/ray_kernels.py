@@ -223,3 +223,33 @@ def render(
                     if start < np.inf:
                         ray(camera, R_oc, u, v, direction)
                         depth[v, u] = trace(values, lower, scale, t_oc, direction, start, end)
+
+
+@compiled
+def normals(
+    values: NDArray[np.float32],
+    lower: NDArray[np.float64],
+    scale: NDArray[np.float64],
+    camera: NDArray[np.float64],
+    R_oc: NDArray[np.float64],
+    t_oc: NDArray[np.float64],
+    depth: NDArray[np.float64],
+    normals_c: NDArray[np.float64],
+) -> None:
+    """Fill ``normals_c`` (height, width, 3) with the unit normals of a rendered surface, camera frame; NaN beside it.
+
+    They are taken half a cell before it, where a thin wall's other side does not mix in.
+    """
+    direction = np.empty(3)
+    for v in range(depth.shape[0]):
+        for u in range(depth.shape[1]):
+            if depth[v, u] == np.inf:
+                normals_c[v, u, :] = np.nan
+                continue
+            ray(camera, R_oc, u, v, direction)
+            _, gx, gy, gz = along(
+                values, lower, scale, t_oc, direction, depth[v, u] - 0.5 / scale[0]
+            )
+            length = max(np.sqrt(gx * gx + gy * gy + gz * gz), 1e-12)
+            for i in range(3):
+                normals_c[v, u, i] = (R_oc[0, i] * gx + R_oc[1, i] * gy + R_oc[2, i] * gz) / length

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ..camera import CameraIntrinsics
+from .infrared import Infrared
 
 MIN_SIGMA = 0.5e-3  # [m], an image without noise still meets a distance field with cells
 
@@ -24,6 +25,7 @@ class View:
         hand_depth: Depth of the hand alone [m], inf where it is not or is not known, shape (height, width).
         excess: What edges add to it [m], shape (height, width): a pixel's variance is the sum of squares.
         correlation: How many neighbouring pixels of a row, and of a column, err together; 1 if none do.
+        infrared: The infrared image of the same part, None without one.
     """
 
     depth: np.ndarray
@@ -33,6 +35,7 @@ class View:
     hand_depth: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))
     excess: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))
     correlation: tuple[float, float] = (1.0, 1.0)
+    infrared: Infrared | None = None
 
     def __post_init__(self) -> None:
         if self.hand_depth.shape != self.depth.shape:
@@ -58,6 +61,7 @@ class View:
             np.ascontiguousarray(self.hand_depth[::step, ::step]),
             np.ascontiguousarray(self.excess[::step, ::step]),
             (max(row / step, 1.0), max(column / step, 1.0)),
+            None if self.infrared is None else self.infrared.strided(step),
         )
 
 
