@@ -83,4 +83,5 @@ def _track(can: ObjectModel) -> None:
         tracker = make_tracker(form, can, camera, hand)
         tracker.start(gtsam.Pose3(gtsam.Rot3(), [0.0, 0.0, DISTANCE]))
         joints = None if hand is None else dict.fromkeys(hand.joint_names, 0.3)
-        tracker.update(wall, gtsam.Pose3(), joints, gtsam.Pose3())
+        infrared = np.full(wall.shape, 60, dtype=np.uint8)
+        tracker.update(wall, gtsam.Pose3(), joints, gtsam.Pose3(), infrared)

@@ -68,6 +68,40 @@ def test_a_stereo_camera_measures_each_noise_anew(tmp_path):
     assert [three] == make(tmp_path / "alone", scales=(3.0,), camera="stereo")
 
 
+class SeesInfrared:
+    """A tracker that keeps what it was shown."""
+
+    def __init__(self):
+        self.shown = []
+
+    def start(self, T_wo):
+        pass
+
+    def update(self, depth, T_wc, joints=None, T_wh=None, infrared=None):
+        self.shown.append((depth, infrared))
+        return TrackedPose.lost()
+
+
+def test_a_stereo_cameras_left_image_goes_to_the_tracker_and_the_recording_says_so(
+    tmp_path, monkeypatch
+):
+    tracker = SeesInfrared()
+    monkeypatch.setattr(sim.record, "make_tracker", lambda *args: tracker)
+    make(tmp_path / "a", camera="stereo", tracker="depth-hand")
+    assert read_recording(tmp_path / "a.1.mcap").info["infrared"] == "yes"
+    assert len(tracker.shown) == FRAMES
+    for depth, infrared in tracker.shown:
+        assert infrared.dtype == np.uint8 and infrared.shape == depth.shape
+    depth, infrared = tracker.shown[0]
+    # Pixel by pixel: the table is lit from above, the hand's sides are darker.
+    table, near = depth > 1.0, (depth > 0.0) & (depth < 1.0)
+    assert np.median(infrared[table]) > np.median(infrared[near]) + 3.0
+    assert np.median(np.roll(infrared, 25, axis=1)[near]) > np.median(infrared[near]) + 1.0
+    make(tmp_path / "b", tracker="depth-hand")
+    assert tracker.shown[-1][1] is None
+    assert "infrared" not in read_recording(tmp_path / "b.1.mcap").info
+
+
 def test_a_sequence_has_all_streams_at_their_rates_and_says_how_it_was_made(tmp_path):
     make(tmp_path / "a", seed=7)
     recording = read_recording(tmp_path / "a.1.mcap")

@@ -54,7 +54,7 @@ class Shape:
     """
 
     def __init__(self, sdf: GridSdf) -> None:
-        self.grid = (sdf.values, sdf.lower, sdf.scale)
+        self.grid: tuple[np.ndarray, np.ndarray, np.ndarray] = (sdf.values, sdf.lower, sdf.scale)
         # Half a cell more than the inside, so that walls thinner than a cell count.
         nodes = np.argwhere(np.asarray(sdf.values <= sdf.spacing.max() / 2))
         inside = nodes.astype(np.float64) / sdf.scale + sdf.lower

@@ -68,34 +68,43 @@ class Contour:
         normals_c: np.ndarray,
     ) -> None:
         assert view.infrared is not None
-        infrared, step = view.infrared, view.infrared.step
-        self._camera, self._R_oc, self._t_oc = pose
-        self._focal = step * self._camera[:2]  # of the image, not of the view
-        points_o, pixels, normals = np.empty((MOST, 3)), np.empty((MOST, 2)), np.empty((MOST, 2))
-        depths = np.empty(MOST)
-        clear = max(1, round(CLEAR / step))
+        self._infrared, self._step = view.infrared, view.infrared.step
+        camera, self._R_oc, self._t_oc = pose
+        self._focal = self._step * camera[:2]  # of the image, not of the view
+        points_o, pixels, normals, depths = (np.empty((MOST, n)) for n in (3, 2, 2, 1))
         count = contour_kernels.outline(
-            *shape.grid, *pose, predicted, view.hand_depth, clear, points_o, pixels, normals, depths
-        )  # fmt: skip
-        self.points_o, self.pixels, self.normals = (
-            points_o[:count],
-            step * pixels[:count],
-            normals[:count],
+            *shape.grid,
+            *pose,
+            predicted,
+            view.hand_depth,
+            self._in_view(CLEAR),
+            points_o,
+            pixels,
+            normals,
+            depths[:, 0],
         )
-        lines, weights = np.empty((2, count, 2 * REACH + 1))
-        front = ndimage.minimum_filter(view.hand_depth, size=2 * max(1, round(FREE / step)) + 1)
-        contour_kernels.across(
-            infrared.brightness, front, step, self.pixels, self.normals, depths[:count], BESIDE, lines, weights
-        )  # fmt: skip
-        expected = np.full((count, REACH + SEARCH + 2), np.nan)
-        thickness = np.empty(count, dtype=np.int64)
-        shade = infrared.shading.of(normals_c)
-        contour_kernels.inward(shade, step, self.pixels, self.normals, expected, thickness, weights)
-        self.places = np.empty((count, 2))
-        edge_kernels.places(
-            lines, weights, expected, thickness, infrared.shading.sigma, SEARCH, self.places
-        )
-        self.places[thickness < THICK] = 0.0, np.inf
+        self.points_o, self.normals = points_o[:count], normals[:count]
+        self.pixels = self._step * pixels[:count]
+        shade = self._infrared.shading.of(normals_c)
+        self.places = self._found(view.hand_depth, depths[:count, 0], shade)
+
+    def _in_view(self, pixels: int) -> int:
+        """So many pixels of the image, in the view."""
+        return max(1, round(pixels / self._step))
+
+    def _found(self, hand_depth: np.ndarray, depths: np.ndarray, shade: np.ndarray) -> np.ndarray:
+        lines, weights = np.empty((2, len(depths), 2 * REACH + 1))
+        front = ndimage.minimum_filter(hand_depth, size=2 * self._in_view(FREE) + 1)
+        crossing = (self._step, self.pixels, self.normals)
+        brightness, sigma = self._infrared.brightness, self._infrared.shading.sigma
+        contour_kernels.across(brightness, front, *crossing, depths, BESIDE, lines, weights)
+        expected = np.full((len(depths), REACH + SEARCH + 2), np.nan)
+        thickness = np.empty(len(depths), dtype=np.int64)
+        contour_kernels.inward(shade, *crossing, expected, thickness, weights)
+        places = np.empty((len(depths), 2))
+        edge_kernels.places(lines, weights, expected, thickness, sigma, SEARCH, places)
+        places[thickness < THICK] = 0.0, np.inf
+        return places
 
     def normal_equations(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Information (6, 6), gradient (6,) and weighted sum of [p_o; 1] [p_o; 1]^T (4, 4), as ``Evidence`` has them.

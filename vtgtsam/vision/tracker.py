@@ -47,7 +47,11 @@ class TrackedPose:
 
 @runtime_checkable
 class VisualTracker(Protocol):
-    """Follows one object through the images of one camera."""
+    """Follows one object through the images of one camera.
+
+    One that makes use of a stereo camera's infrared images takes them as ``infrared``, a further argument of
+    ``update``; it is passed to trackers of this project alone.
+    """
 
     def start(self, T_wo: gtsam.Pose3) -> None:
         """Begin a sequence at the pose of its first frame, forgetting everything before."""

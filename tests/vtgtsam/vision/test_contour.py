@@ -177,9 +177,10 @@ def test_what_the_hand_may_cover_is_left_out(shape):
     contour = contour_at(shape, view, TILTED)
     assert (whole.pixels[:, 0] > 77).any()
     assert (contour.pixels[:, 0] < 77).all() and len(contour.pixels) > 50
-    painted = image.copy()
-    painted[:, 78:] = 255  # and what the lines meet of it does not count
-    again = contour_at(shape, view_of(shape, TILTED, painted, hand_depth), TILTED)
+    brightness = view.infrared.brightness.copy()
+    brightness[:, 79:] = 255.0  # and what the lines meet of it does not count
+    painted = replace(view, infrared=replace(view.infrared, brightness=brightness))
+    again = contour_at(shape, painted, TILTED)
     np.testing.assert_allclose(again.places, contour.places)
     behind = np.full(image.shape, 0.8)  # a hand behind the object covers nothing
     assert len(contour_at(shape, view_of(shape, TILTED, image, behind), TILTED).pixels) == len(
