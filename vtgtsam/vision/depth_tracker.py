@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""A model tracker that needs nothing but depth images, and makes use of the infrared ones beside them."""
+"""A model tracker that needs nothing but depth images, and makes use of infrared ones beside them."""
 
 from __future__ import annotations
 
