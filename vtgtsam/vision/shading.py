@@ -6,9 +6,8 @@ Under light that comes from far away, from any directions, a matt surface of one
     I(n) = l_0 + l . n
 
 with n its normal in the camera frame: the first four spherical harmonics (Basri and Jacobs, "Lambertian Reflectance
-and Linear Subspaces", PAMI 2003, section 3: at least three quarters of such an image's energy, nearly always more). It
-holds however the object turns while camera and lamps stay, and what it leaves over, ``sigma``, says how well: prints
-and shadows make it large.
+and Linear Subspaces", PAMI 2003). It holds however the object turns while camera and lamps stay, and what it leaves
+over, ``sigma``, says how well: prints and shadows make it large.
 """
 
 from __future__ import annotations
