@@ -154,11 +154,14 @@ class DepthTopic(_Model):
     Attributes:
         topic: Images of 16 bit [mm] or 32 bit float [m], raw or compressed as PNG, all rectified.
         info: The camera's CameraInfo.
+        infrared: Images of 8 bit of the stereo camera's left imager, with the depth's stamps and pixels, as a
+            RealSense's `infra1/image_rect_raw`; they show "depth-hand" where the object ends.
         tracker: "depth", or "depth-hand": knows the hand.
     """
 
     topic: str
     info: str
+    infrared: str | None = None
     tracker: Literal["depth", "depth-hand"] = "depth-hand"
 
 

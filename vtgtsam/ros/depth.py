@@ -29,6 +29,7 @@ from ..vision.depth_tracker import DepthTracker, make_tracker
 from ..vision.first_pose import candidates
 from ..vision.hand_back import pose_to_search_at
 from ..vision.in_hand import IMAGES, object_view, rivals
+from .infrared import InfraredImages
 from .intake import Intake, Stamps, Unusable
 from .publisher_clock import PublisherClock
 
@@ -88,6 +89,7 @@ class DepthTracking:
     Attributes:
         images: What takes the images.
         info: What takes their CameraInfo.
+        infrared: The left infrared images beside them; None where the topics name none.
         state: What it does now, in words.
     """
 
@@ -113,6 +115,9 @@ class DepthTracking:
         self._seen: deque[np.ndarray] = deque(maxlen=IMAGES)  # while it is looked for
         self.images = Intake(entry.topic, (RAW, COMPRESSED), self._take)
         self.info = Intake(entry.info, (INFO,), self._take_info)
+        self.infrared = (
+            None if entry.infrared is None else InfraredImages(entry.infrared, Stamps(clock))
+        )
         self.state = "waiting for images"
 
     def _take(self, message: Any) -> None:
@@ -161,10 +166,19 @@ class DepthTracking:
         hint = None if estimate is None else pose_to_search_at(estimate)
         if hint is not None:
             self._tracker.search_at(hint)
-        tracked = self._tracker.update(depth, T_wc, joints, T_wh)
+        infrared = self._infrared_beside(stamp_ns, depth)
+        tracked = self._tracker.update(depth, T_wc, joints, T_wh, infrared)
         self.state = "follows the object" if tracked.status == "ok" else "does not see the object"
         if tracked.T_wo is not None:
             self._inputs.put_vision(stamp_ns, tracked.T_wo, tracked.covariance, tracked.correlation)
+
+    def _infrared_beside(self, stamp_ns: int, depth: np.ndarray) -> np.ndarray | None:
+        image = None if self.infrared is None else self.infrared.at(stamp_ns)
+        if self.infrared is None or image is None or image.shape == depth.shape:
+            return image
+        self.infrared.intake.unusable += 1
+        self.infrared.intake.why = f"has size {image.shape[::-1]}, the depth {depth.shape[::-1]}"
+        return None
 
     def _look_for(
         self, depth: np.ndarray, T_wc: gtsam.Pose3, joints: np.ndarray, T_wh: gtsam.Pose3

@@ -204,6 +204,8 @@ class PoseNode:
         else:
             links["depth"] = Link(self._depth.images, Level.WARN)
             links["camera_info"] = Link(self._depth.info, None)
+            if self._depth.infrared is not None:
+                links["infrared"] = Link(self._depth.infrared.intake, None)
         in_camera = topics.vision.frame == "camera" or self._depth is not None
         needed = Level.ERROR if in_camera else None
         if isinstance(topics.hand_pose, str):
