@@ -104,12 +104,13 @@ def background(sums: NDArray[np.float64], first: int, sigma: float) -> tuple[flo
     total = sums[1, n] - sums[1, first]
     squares = sums[2, n] - sums[2, first]
     best, mean = (squares - total * total / weight) / sigma**2, total / weight
-    for split in range(first + 1, n):
-        near, far = sums[0, split] - sums[0, first], sums[0, n] - sums[0, split]
+    for split in range(first + 1, n):  # the pixel in which one part becomes the other is neither
+        near, far = sums[0, split] - sums[0, first], sums[0, n] - sums[0, split + 1]
         if near <= HALF or far <= HALF:
             continue
-        total_near, total_far = sums[1, split] - sums[1, first], sums[1, n] - sums[1, split]
-        left = squares - total_near**2 / near - total_far**2 / far
+        total_near, total_far = sums[1, split] - sums[1, first], sums[1, n] - sums[1, split + 1]
+        left = squares - (sums[2, split + 1] - sums[2, split])
+        left -= total_near**2 / near + total_far**2 / far
         if left / sigma**2 + ANOTHER < best:
             best, mean = left / sigma**2 + ANOTHER, total_near / near
     return best, mean
