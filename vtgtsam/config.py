@@ -183,7 +183,7 @@ class EstimatorConfig(BaseModel):
         default=0.5, description="for how long vision is refused before it may take over again [s]"
     )
     offsets_correlation: NotNegative = Field(
-        default=3.0,
+        default=10.0,
         description="for how long pads err alike by the robot's offsets, beside images that err alike [s]",
     )
 
