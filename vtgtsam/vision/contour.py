@@ -38,7 +38,6 @@ CLEAR, FREE = (
 FLOOR = 0.5  # [pixels], standard deviation of what grid, mesh and the lens are off
 CUTOFF = 3.0  # [pixels], an error so large counts a quarter (Geman and McClure)
 COMMON = 0.5  # [pixels], standard deviation of what all outlines are off outward
-TOGETHER = 4.0  # lines that err together: they are a pixel apart, 3 wide, and see the same dots
 MOST = 4000  # lines
 
 
@@ -70,6 +69,7 @@ class Contour:
         assert view.infrared is not None
         self._infrared, self._step = view.infrared, view.infrared.step
         camera, self._R_oc, self._t_oc = pose
+        self._alike = self._step * self._infrared.shading.alike
         self._focal = self._step * camera[:2]  # of the image, not of the view
         points_o, pixels, normals, depths = (np.empty((MOST, n)) for n in (3, 2, 2, 1))
         count = contour_kernels.outline(
@@ -96,13 +96,15 @@ class Contour:
         lines, weights = np.empty((2, len(depths), 2 * REACH + 1))
         front = ndimage.minimum_filter(hand_depth, size=2 * self._in_view(FREE) + 1)
         crossing = (self._step, self.pixels, self.normals)
-        brightness, sigma = self._infrared.brightness, self._infrared.shading.sigma
+        brightness, shading = self._infrared.brightness, self._infrared.shading
         contour_kernels.across(brightness, front, *crossing, depths, BESIDE, lines, weights)
         expected = np.full((len(depths), REACH + SEARCH + 2), np.nan)
         thickness = np.empty(len(depths), dtype=np.int64)
         contour_kernels.inward(shade, *crossing, expected, thickness, weights)
         places = np.empty((len(depths), 2))
-        edge_kernels.places(lines, weights, expected, thickness, sigma, SEARCH, places)
+        edge_kernels.places(
+            lines, weights, expected, thickness, shading.sigma, self._alike, SEARCH, places
+        )
         places[thickness < THICK] = 0.0, np.inf
         return places
 
@@ -114,7 +116,8 @@ class Contour:
         """
         means, variances = self.places.T
         weights = np.maximum(1.0 / (variances + FLOOR**2) - 3.0 / SEARCH**2, 0.0)
-        weights /= TOGETHER * (1.0 + (means / CUTOFF) ** 2) ** 2
+        together = 2 * BESIDE + self._alike  # lines: they are a pixel apart, and each is a mean
+        weights /= together * (1.0 + (means / CUTOFF) ** 2) ** 2
         rows = np.column_stack([self.jacobian(), np.ones(len(means))])
         information, gradient = (rows.T * weights) @ rows, -rows.T @ (weights * means)
         common = information[:6, 6] / (information[6, 6] + 1.0 / COMMON**2)
@@ -149,4 +152,4 @@ def learn_shading(view: View, seen: Evidence) -> None:
     brightness = view.infrared.seen
     shows = inside & (front >= seen.predicted + contour_kernels.IN_FRONT) & ~np.isnan(brightness)
     shows &= seen.kind != kernels.COVERED
-    view.infrared.shading.learn(brightness[shows], seen.normals_c[shows])
+    view.infrared.shading.learn(np.where(shows, brightness, np.nan), seen.normals_c)

@@ -20,6 +20,7 @@ def places(
     expected: NDArray[np.float64],
     thickness: NDArray[np.int64],
     sigma: float,
+    alike: float,
     search: int,
     found: NDArray[np.float64],
 ) -> None:
@@ -30,8 +31,8 @@ def places(
         x_s = a E(d - s) + (1 - a) b + noise
 
     with E the expected brightness, counted inward, and b what lies beside the object, of which nothing is known but
-    that it is even, or of two even parts (``ANOTHER``). Its cost, a sum of squares, gives p(d) ~ exp(-cost / 2) for
-    all d within ``search``, each as likely before. Where there is no contrast p stays flat, and its variance large.
+    that it is even, or of two even parts (``ANOTHER``). Its cost, a sum of squares, gives p(d) ~ exp(-cost / 2 alike)
+    for all d within ``search``, each as likely before. Where there is no contrast p stays flat, and its variance large.
     What is farther inward than the object is thick counts as noise would, whatever it is.
 
     Args:
@@ -40,6 +41,7 @@ def places(
         expected: Brightness of the object inward from its outline, (N, depth).
         thickness: How far that goes [pixels], (N,).
         sigma: Standard deviation of the noise.
+        alike: How many neighbouring pixels of a line err together, 1 for independent noise; the cost is divided by it.
         search: Farthest place from the expected one [pixels].
         found: Filled with mean and variance of d, (N, 2) [pixels, pixels^2].
     """
@@ -77,7 +79,7 @@ def places(
             least = min(least, total)
         whole, mean, square = 0.0, 0.0, 0.0
         for h in range(tried):
-            d, p = HALF * h - search, np.exp(-0.5 * (cost[h] - least))
+            d, p = HALF * h - search, np.exp(-0.5 * (cost[h] - least) / alike)
             whole += p
             mean += p * d
             square += p * d * d

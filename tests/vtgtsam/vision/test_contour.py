@@ -44,7 +44,7 @@ def known_light():
     shading = Shading()
     normals = np.random.default_rng(0).standard_normal((500, 3))
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-    shading.learn(LIGHT[0] + normals @ LIGHT[1:], normals)
+    shading.learn((LIGHT[0] + normals @ LIGHT[1:])[None], normals[None])
     return shading
 
 
@@ -263,18 +263,36 @@ def test_a_side_that_comes_into_sight_late_and_in_few_pixels_is_learnt_as_well()
     shading, brightness = Shading(), light[0] + normals @ light[1:]
     for count in [900] * 5 + [960] * 20:  # the pose is a little off, and the normals are
         believed = normals[:count] + 0.1 * rng.standard_normal((count, 3))
-        shading.learn(brightness[:count] + rng.standard_normal(count), believed)
+        shading.learn((brightness[:count] + rng.standard_normal(count))[None], believed[None])
     assert abs(shading.of(normals[-1]) - brightness[-1]) < 12.0  # of 36 that it is brighter
 
 
-def test_prints_on_an_object_make_its_shading_unsure():
+def test_prints_on_an_object_make_its_shading_unsure_by_whole_patches():
     rng = np.random.default_rng(0)
-    normals = np.tile([0.0, 0.0, -1.0], (400, 1))
-    shading = Shading()
-    shading.learn(rng.choice([30.0, 110.0], 400), normals)
-    assert shading.sigma > 30.0
-    shading.learn(np.zeros(3), np.zeros((3, 3)))  # too few say nothing
-    assert shading.images == 1
+    normals = np.tile([0.0, 0.0, -1.0], (48, 60, 1))
+    coarse = rng.choice([30.0, 110.0], (8, 10))
+    printed, noisy = Shading(), Shading()
+    printed.learn(np.kron(coarse, np.ones((6, 6))), normals)
+    noisy.learn(rng.choice([30.0, 110.0], (48, 60)), normals)
+    assert printed.sigma > 30.0 and noisy.sigma > 30.0
+    assert 4.0 < printed.alike < 10.0 and noisy.alike < 1.3  # patches are six pixels wide
+    few = np.full((48, 60), np.nan)
+    few[0, :3] = 0.0  # too few say nothing
+    noisy.learn(few, normals)
+    assert noisy.images == 1
+
+
+def test_prints_weigh_an_outline_down_that_even_colour_shows(shape):
+    image = image_of(shape, TILTED)
+    patches = np.kron(np.random.default_rng(4).choice([-1.0, 1.0], (20, 24)), np.ones((6, 6)))
+    told = []
+    for contrast in (0.0, 25.0):
+        shown = image + contrast * patches[: CAMERA.height, : CAMERA.width]
+        view = view_of(shape, TILTED, np.clip(shown, 0, 255).astype(np.uint8))
+        view = replace(view, infrared=replace(view.infrared, shading=Shading()))
+        learn_shading(view, Evidence(shape, view, TILTED))
+        told.append(np.trace(contour_at(shape, view, TILTED).normal_equations()[0][3:, 3:]))
+    assert told[1] < 0.1 * told[0]
 
 
 def test_the_tracker_that_knows_the_hand_uses_it_and_the_other_does_not(cube, shape):
