@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""How long the visual tracker takes for an image, with either camera, with and without the hand's geometry.
+"""How long the visual tracker takes for an image, by camera, and by what it is given: depth, the hand, infrared.
 
 The images of a simulated grasp are made beforehand. Its trackers then take turns, image by image, on one core; each
 image counts with the time for which the tracker's thread was running.
@@ -31,7 +31,7 @@ WARM = 30  # images that do not count: code is loaded, noise is learnt
 def run(objects: Sequence[str] = OBJECTS) -> None:
     """Measure, and write ``tracker.md`` and ``tracker.json``."""
     rows = [row for name in objects for row in measure(name)]
-    words = "Running time of an image [ms]; of the images that the tracker had a pose in, and how many a second.\n\n"
+    words = "Running time of an image from the 31st on, and how many a second by the median.\n\n"
     save("tracker", words + table(rows), {"rows": rows}, {})
 
 
@@ -52,21 +52,26 @@ def measure(object_name: str) -> list[dict[str, Any]]:
 
 
 def _by_form(take: Take) -> dict[str, np.ndarray]:
-    """Running times of each form's images [s]."""
-    trajectory = take.trajectory
-    trackers = {
-        form: make_tracker(form, take.world.obj, take.video.camera, take.world.hand)
-        for form in FORMS
-    }
-    for tracker in trackers.values():
+    """Running times of each form's images [s]; of the one that knows the hand with the infrared images, too."""
+    trajectory, video = take.trajectory, take.video
+    forms = [(form, False) for form in FORMS]
+    if next(video.infrared(take.noise)) is not None:
+        forms.append((FORMS[-1], True))
+    trackers = [
+        make_tracker(form, take.world.obj, video.camera, take.world.hand) for form, _ in forms
+    ]
+    for tracker in trackers:
         tracker.start(take.T_wo_registered)
-    times: dict[str, list[float]] = {form: [] for form in FORMS}
-    for k, image in enumerate(take.video.images(take.noise, take.error)):
+    times: list[list[float]] = [[] for _ in forms]
+    images = zip(video.images(take.noise, take.error), video.infrared(take.noise), strict=True)
+    for k, (depth, infrared) in enumerate(images):
         joints, T_wh = trajectory.frame_joints[k], gtsam.Pose3(trajectory.frame_T_wh[k])
-        for form, tracker in trackers.items():
-            time, _ = timed(partial(tracker.update, image, take.T_wc, joints, T_wh))
-            times[form].append(time.cpu)
-    return {form: np.array(of_form[WARM:]) for form, of_form in times.items()}
+        for (_, sees), tracker, of_form in zip(forms, trackers, times, strict=True):
+            beside = infrared if sees else None
+            time, _ = timed(partial(tracker.update, depth, take.T_wc, joints, T_wh, beside))
+            of_form.append(time.cpu)
+    names = [f"{form}, infrared" if sees else form for form, sees in forms]
+    return {name: np.array(of_form[WARM:]) for name, of_form in zip(names, times, strict=True)}
 
 
 def _figures(seconds: np.ndarray) -> dict[str, float]:
