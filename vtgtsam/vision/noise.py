@@ -16,6 +16,7 @@ import numpy as np
 from ..camera import CameraIntrinsics
 from . import kernels, noise_kernels
 from .alignment import Evidence
+from .neighbours import CHANCE, LAGS, beside
 from .view import MIN_SIGMA, View
 
 NEAR = 6  # [pixels], so near to an edge noise may be larger
@@ -27,15 +28,12 @@ JUMP, STEEP = (
     0.005,
     2.0,
 )  # [m], [m/m]: depths that differ by more than a slope accounts for form an edge
-LAGS = 10  # [pixels], so far apart correlation is looked for
 MEMORY, LONG_MEMORY = 15, 100  # images over which noise, and its correlation, are averaged
 WIDEST = 0.015  # [m], a difference above is another surface ...
 WIDEST_SIGMAS = 4.0  # ... or above so many sigmas of what independent noise would be
 DOUBT, DOUBTED = 0.01, 3.0  # [m], noise beside an edge before it was seen, as if in so many images
 APART = (1, 10)  # images, after which it is asked how much of the noise has stayed
 FEWEST = 30  # pixels of a kind, with fewer in an image it says nothing about them
-CHANCE = 30.0  # pairs of pixels beside those seen, unrelated: a few agree by chance
-UNRELATED = 0.1  # correlation below which two pixels count as independent
 TO_SIGMA = 1.4826  # from a median of absolute values to a standard deviation
 
 
@@ -74,12 +72,9 @@ class DepthNoise:
     @property
     def correlation(self) -> tuple[float, float]:
         """How many neighbours in a row, and in a column, err together; 1 for independent noise."""
-        lengths = []
-        for sums in self._products:
-            rho = sums[1:, 0] / (sums[1:, 1] + CHANCE / min(max(self.images, 1), LONG_MEMORY))
-            related = np.cumprod(rho > UNRELATED).astype(bool)
-            lengths.append(1.0 + 2.0 * float(rho[related].sum()))
-        return lengths[0], lengths[1]
+        chance = CHANCE / min(max(self.images, 1), LONG_MEMORY)
+        row, column = (1.0 + 2.0 * beside(products, chance) for products in self._products)
+        return row, column
 
     @property
     def lingering(self) -> float:

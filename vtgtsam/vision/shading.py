@@ -15,6 +15,7 @@ from __future__ import annotations
 import numpy as np
 
 from . import noise_kernels
+from .neighbours import LAGS, beside
 
 KEPT = 0.9  # of what was learnt, from image to image
 FLAT = (
@@ -26,10 +27,7 @@ CUTOFF = 1.5  # [sigma], Huber's: a side that few pixels show must not be taken 
 LEAST = 3.0  # [gray levels], of sigma: the light of dots is not gone entirely
 AVERAGED = 10  # images over which sigma, and what is alike, are averaged
 PLAIN = 6.0  # [gray levels], of sigma: while it is no more, patches are those of a pose that is a little off
-LAGS = 10  # [pixels], so far apart correlation is looked for
 WIDEST = 4.0  # [sigma], what is left above is something else
-CHANCE = 30.0  # pairs of pixels beside those seen, unrelated: a few agree by chance
-UNRELATED = 0.1  # correlation below which two pixels count as independent
 TO_SIGMA = 1.4826  # from a median of absolute values to a standard deviation
 
 
@@ -55,11 +53,8 @@ class Shading:
     @property
     def alike(self) -> float:
         """How many neighbouring pixels in a line differ from it together; 1 if each does by itself."""
-        products, squares = self._products.sum(axis=0).T
-        rho = products[1:] / (squares[1:] + CHANCE)
-        related = np.cumprod(rho > UNRELATED).astype(bool)
         patches = max(1.0 - (PLAIN / self.sigma) ** 2, 0.0)
-        return 1.0 + 2.0 * patches * float(rho[related].sum())
+        return 1.0 + 2.0 * patches * beside(self._products.sum(axis=0))
 
     def of(self, normals_c: np.ndarray) -> np.ndarray:
         """Expected brightness [gray levels] of surfaces with these normals, shapes (..., 3) to (...)."""
