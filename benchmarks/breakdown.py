@@ -101,7 +101,7 @@ class Stopwatch:
 @contextmanager
 def watched(watch: Stopwatch) -> Iterator[None]:
     """The estimator's parts, on the stopwatch's account."""
-    make = gtsam.CustomFactor
+    make: Callable[..., gtsam.CustomFactor] = gtsam.CustomFactor
     doors = (
         (estimator.PoseEstimator, "update", REST),
         (estimator, "check", CHECKING),
@@ -160,7 +160,7 @@ def one_pass(ours: Ours, problem: Problem, tracked: bool, caches: np.ndarray) ->
 
 def rows(columns: dict[str, Parts]) -> list[dict[str, Any]]:
     """A row a part, a column a case."""
-    shown = [
+    shown: list[dict[str, Any]] = [
         {"part": part} | {name: found[part] for name, found in columns.items()} for part in PARTS
     ]
     sums = {name: sum(found[part] for part in PARTS) for name, found in columns.items()}

@@ -23,9 +23,10 @@ from vtgtsam.calibration.online import OnlineCalibration
 from vtgtsam.calibration.robot import Robot
 from vtgtsam.evaluation.engine import run_tasks
 from vtgtsam.evaluation.find import find_recordings
-from vtgtsam.evaluation.phases import AFTER, turn_phases
+from vtgtsam.evaluation.phases import AFTER, phases_of
 from vtgtsam.exceptions import CalibrationError, RecordingError
 from vtgtsam.metrics import Adds, relative_poses
+from vtgtsam.objects import mesh_of
 from vtgtsam.recording import Recording
 from vtgtsam.recording.frames import evaluation_frames
 
@@ -101,7 +102,7 @@ def run(
     """
     paths = list(find_recordings([recordings]).values())
     make = _recorded if recorded else partial(_imposed, robots=robots)
-    judged = {
+    judged: dict[str, Any] = {
         "counts": counts,
         "methods": tuple(methods),
         "plain": tuple(plain),
@@ -184,7 +185,8 @@ def judge(case: Case) -> list[dict[str, Any]]:
     rows: list[dict[str, Any]] = []
     judged = partial(_judged, case)
     for count in case.counts:
-        calibration, about = None, {}
+        calibration: Calibration | None = None
+        about: dict[str, Any] = {}
         if count:
             calibration, about = _calibrated(case, count)
         for row in judged(count, calibration):
@@ -268,16 +270,19 @@ def _errors(
     else:
         estimator = PoseEstimator(hand, obj, config, calibration)
     estimates = [estimator.update(frame) for frame in frames]
-    phases = turn_phases([frame.T_wh for frame in frames])
+    phases = phases_of(frames)
     chosen = [k for k, phase in enumerate(phases) if phase == AFTER][::EVERY]
     truths = recording.truth_at([frames[k].time for k in chosen])
     pairs = [
-        (estimates[k], T_true)
+        (T_wo, T_true, estimates[k].covariance)
         for k, T_true in zip(chosen, truths, strict=True)
-        if T_true is not None and estimates[k].T_wo is not None
+        if T_true is not None and (T_wo := estimates[k].T_wo) is not None
     ]
-    relative = relative_poses([e.T_wo for e, _ in pairs], [T for _, T in pairs])
-    inside = [_inside(e.T_wo.localCoordinates(T)[3:], e.covariance[3:, 3:]) for e, T in pairs]
+    relative = relative_poses([T_wo for T_wo, _, _ in pairs], [T_true for _, T_true, _ in pairs])
+    inside = [
+        _inside(T_wo.localCoordinates(T_true)[3:], covariance[3:, 3:])
+        for T_wo, T_true, covariance in pairs
+    ]
     return _adds(recording.path).each(relative), float(np.mean(inside))
 
 
@@ -295,4 +300,4 @@ def _load(path: Path) -> Recording:
 
 @cache
 def _adds(path: Path) -> Adds:
-    return Adds(_load(path).object.mesh)
+    return Adds(mesh_of(_load(path).object))

@@ -21,12 +21,14 @@ COLORS = {"vis": "#999999", "vis+tac+pen": "#E69F00", "vis+tac+pen+mem": "#0072B
 def tables(found: Sequence[dict[str, Any]]) -> tuple[list[dict[str, Any]], str]:
     """The rows of the table of errors, and both tables as text."""
     errors = [
-        _errors_row(*key, rows) for key, rows in _grouped(found, "robot has", "method", "grasps")
+        _errors_row(has, method, grasps, rows)
+        for (has, method, grasps), rows in _grouped(found, "robot has", "method", "grasps")
     ]
     _put_limits_beside(errors)
     calibrated = [row for row in found if "nees" in row]
     offsets = [
-        _offsets_row(*key, rows) for key, rows in _grouped(calibrated, "robot has", "grasps")
+        _offsets_row(has, grasps, rows)
+        for (has, grasps), rows in _grouped(calibrated, "robot has", "grasps")
     ]
     text = table(errors)
     if offsets:

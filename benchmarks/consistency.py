@@ -17,7 +17,7 @@ import numpy as np
 
 from vtgtsam import EstimatorConfig, Measurement, PoseEstimator, read_recording
 from vtgtsam.evaluation.find import find_recordings
-from vtgtsam.evaluation.phases import AFTER, BEFORE, turn_phases
+from vtgtsam.evaluation.phases import AFTER, BEFORE, phases_of
 from vtgtsam.recording.frames import evaluation_frames
 
 from .report import save, table
@@ -35,7 +35,7 @@ def run(recordings: Path) -> None:
     for path in paths:
         recording = read_recording(path)
         frames = evaluation_frames(recording)
-        phases = turn_phases([frame.T_wh for frame in frames])
+        phases = phases_of(frames)
         for what, values in (
             ("visual pose", visual(recording, frames)),
             ("estimate", estimated(recording, frames)),

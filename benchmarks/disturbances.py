@@ -6,7 +6,7 @@ Each takes a replay and gives it with that in its streams, and the frames that a
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -14,6 +14,7 @@ import gtsam
 import numpy as np
 
 from vtgtsam import Measurement
+from vtgtsam.frame import joints_of
 
 from .replay import Replay
 
@@ -86,8 +87,8 @@ def late_unsaid(replay: Replay) -> Disturbed:
 def taken_out(replay: Replay) -> Disturbed:
     """The hand opens after the turn, and somebody lifts the object out of it by 15 cm."""
     frames, truths = [], []
-    names = replay.recording.hand.joint_names
-    start = _joints(replay.frames[0], names)
+    hand = replay.recording.hand
+    start = joints_of(replay.frames[0], hand)
     for frame, T_true in zip(replay.frames, replay.truths, strict=True):
         opened = np.clip((frame.time - TAKEN) / (OPENED - TAKEN), 0.0, 1.0)
         height = HEIGHT * np.clip((frame.time - OPENED) / (GONE - OPENED), 0.0, 1.0)
@@ -96,8 +97,8 @@ def taken_out(replay: Replay) -> Disturbed:
         if frame.time >= TAKEN:
             frame = replace(
                 frame,
-                contacts=np.zeros(len(replay.recording.hand), dtype=bool),
-                joints=(1.0 - opened) * _joints(frame, names) + opened * start,
+                contacts=np.zeros(len(hand), dtype=bool),
+                joints=(1.0 - opened) * joints_of(frame, hand) + opened * start,
                 T_wo_visual=None if seen is None else lift.compose(seen),
             )
         frames.append(frame)
@@ -117,7 +118,7 @@ CASES: dict[str, Callable[[Replay], Disturbed]] = {
 
 def about_centre(replay: Replay, R: gtsam.Rot3) -> gtsam.Pose3:
     """A turn of the object about the centre of its bounding box, a right perturbation of its pose."""
-    centre = np.asarray(replay.recording.object.mesh.bounds).mean(axis=0)
+    centre = replay.recording.object.center
     return gtsam.Pose3(R, centre - R.matrix() @ centre)
 
 
@@ -137,10 +138,3 @@ def _vision(
     ]
     judged = (replay.times >= BEGIN) & (replay.times < end + AFTERWARDS)
     return Disturbed(frames, replay.truths, judged)
-
-
-def _joints(frame: Measurement, names: Sequence[str]) -> np.ndarray:
-    joints = frame.joints
-    if hasattr(joints, "keys"):
-        return np.array([joints[name] for name in names])
-    return np.asarray(joints, dtype=np.float64)

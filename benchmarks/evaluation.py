@@ -20,6 +20,7 @@ from vtgtsam.evaluation.parquet import write_table
 from vtgtsam.evaluation.run import run as evaluate
 from vtgtsam.frame import contact_bits
 from vtgtsam.metrics import Adds, add_each, relative_poses, rotation_errors, translation_errors
+from vtgtsam.objects import mesh_of
 from vtgtsam.recording.frames import evaluation_frames
 
 from .clock import timed
@@ -105,7 +106,7 @@ def parts_of(path: Path, folder: Path) -> dict[str, Any]:
     }
     solved = len(frames) * len(METHODS)
     return (
-        {"recording": path.stem, "frames": solved, "vertices": len(obj.mesh.vertices)}
+        {"recording": path.stem, "frames": solved, "vertices": len(mesh_of(obj).vertices)}
         | {part: 1e3 * times[part] for part in PARTS}
         | {"ADD-S a pair": 1e3 * adds.cpu / len(pairs)}
         | {"frames a second": round(solved / sum(times.values()))}

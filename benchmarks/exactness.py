@@ -12,17 +12,20 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import gtsam
 import numpy as np
 
 from vtgtsam import EstimatorConfig, Measurement, PoseEstimator, read_recording
+from vtgtsam.config import Solver
 from vtgtsam.evaluation.find import find_recordings
 from vtgtsam.recording.frames import evaluation_frames
 
 from . import problems
 from .ours import Ours
 
+SOLVERS: tuple[Solver, ...] = ("lm", "fixed-damping")
 SAME = 1e-6  # largest difference of an entry of a pose's matrix [1] or [m]
 DRAWS = 20  # starts that differ in their last bits
 FRAMES = 300  # of each benchmark problem
@@ -44,7 +47,7 @@ def run(stored: Path, recordings: Path | None = None) -> None:
 
 def write(stored: Path, recordings: Path | None) -> None:
     """Track each case, and store where each frame started and ended."""
-    arrays: dict[str, np.ndarray] = {}
+    arrays: dict[str, Any] = {}
     for name, estimator, frames in cases(recordings):
         starts, poses = track(estimator, frames)
         arrays |= {f"{name} starts": starts, f"{name} poses": poses}
@@ -104,7 +107,7 @@ def cases(recordings: Path | None) -> Iterator[Case]:
         ("tracked", problems.sequence(FRAMES)),
         ("built-in hand", problems.sequence(FRAMES, pads=problems.isyhand_pads())),
     ):
-        for solver in ("lm", "fixed-damping"):
+        for solver in SOLVERS:
             ours = Ours(problem, solver)
             yield f"{title}, {solver}", ours.estimator, ours.measurements
     if recordings is None:
@@ -113,7 +116,7 @@ def cases(recordings: Path | None) -> Iterator[Case]:
         recording = read_recording(path)
         frames = evaluation_frames(recording)
         for preset in (EstimatorConfig.simulation, EstimatorConfig.tuned):
-            for solver in ("lm", "fixed-damping"):
+            for solver in SOLVERS:
                 settings = preset(solver=solver)
                 estimator = PoseEstimator(recording.hand, recording.object, settings)
                 yield f"{name}, {preset.__name__}, {solver}", estimator, frames

@@ -56,7 +56,9 @@ def of_recording(path: Path) -> list[dict[str, Any]]:
     """What each fault does in one recording."""
     replay = load(path)
     middle = first_frame(replay)
-    before = {config.method: estimator(replay, config) for config in (MEMORY, VIS)}
+    before: dict[str, PoseEstimator] = {
+        config.method: estimator(replay, config) for config in (MEMORY, VIS)
+    }
     for half in before.values():
         replayed(half, replay.frames[:middle])
     return [

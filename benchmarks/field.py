@@ -41,7 +41,7 @@ def run(largest: int = RESOLUTIONS[-1]) -> None:
     meshes = {"closed": CATALOGUE[OBJECT].mesh(), "with a hole": holed(CATALOGUE[OBJECT].mesh())}
     build_sdf(meshes["closed"], resolution=8)  # compiles
     resolutions = [n for n in (*RESOLUTIONS, 512) if n <= largest]
-    rows = [
+    rows: list[dict[str, Any]] = [
         {"mesh": name, "faces": len(mesh.faces), "nodes a side": n}
         | times(mesh, n)
         | errors(mesh, n)
@@ -114,7 +114,7 @@ def exact(mesh: trimesh.Trimesh, points: np.ndarray) -> np.ndarray:
     V, F = np.asarray(mesh.vertices), np.asarray(mesh.faces, dtype=np.int64)
     squared, _, _ = igl.point_mesh_squared_distance(points, V, F)
     inside = igl.winding_number(V, F, points) > 0.5
-    return np.where(inside, -1.0, 1.0) * np.sqrt(squared)
+    return np.asarray(np.where(inside, -1.0, 1.0) * np.sqrt(squared))
 
 
 def _field(mesh: trimesh.Trimesh, resolution: int) -> GridSdf:

@@ -73,7 +73,7 @@ class Grasp:
             share = np.clip(0.1 + 0.8 * height + rng.normal(0, jitter / 4), 0, 1)
             hit = self._hit(angle, self.bottom[2] + share * (self.top[2] - self.bottom[2]))
             if hit is not None:
-                return _looking(*hit) @ random_pose(rng, 0.05, 0.0)
+                return np.asarray(_looking(*hit) @ random_pose(rng, 0.05, 0.0))
         raise ValueError("no ray meets the object; is the field's sign right?")
 
     def _hit(self, azimuth: float, z: float) -> tuple[np.ndarray, np.ndarray] | None:

@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from joblib import Parallel, delayed
 
+from vtgtsam import EstimatorConfig
 from vtgtsam.evaluation.phases import AFTER, BEFORE
 from vtgtsam.vision.hand_back import BACK
 
@@ -22,7 +23,7 @@ from .replay import MEMORY, VIS, Replay, below, errors_mm, estimator, load
 from .replay import run as replayed
 from .report import save, table
 
-METHODS = {config.method: config for config in (VIS, MEMORY)}
+METHODS: dict[str, EstimatorConfig] = {config.method: config for config in (VIS, MEMORY)}
 LARGE_MM = 5.0
 
 

@@ -12,6 +12,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import gtsam
 import numpy as np
 from joblib import Parallel, delayed
 
@@ -90,20 +91,21 @@ def carried(frames: Sequence[Measurement]) -> list[Measurement]:
     Raises:
         ValueError: The first frame has none.
     """
-    first = frames[0]
-    if first.T_wo_visual is None or first.T_wh is None:
-        raise ValueError("the first frame must have a visual pose and the hand's")
-    T_ho = first.T_wh.between(first.T_wo_visual)
+    first = frames[0].T_wo_visual
+    if first is None:
+        raise ValueError("the first frame must have a visual pose")
+    T_wh = [frame.T_wh or gtsam.Pose3() for frame in frames]
+    T_ho = T_wh[0].between(first)
     return [
         replace(
             frame,
-            T_wo_visual=frame.T_wh.compose(T_ho),
+            T_wo_visual=T.compose(T_ho),
             visual_sigma=REGISTERED,
             visual_covariance=None,
             visual_time=None,
             visual_correlation=0.0,
         )
-        for frame in frames
+        for frame, T in zip(frames, T_wh, strict=True)
     ]
 
 

@@ -6,7 +6,8 @@ from __future__ import annotations
 import sys
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 
 from vtgtsam import PoseEstimator, Recording, read_recording
@@ -14,6 +15,7 @@ from vtgtsam.live.fusion import LATENCY, Fusion, vision_hold
 from vtgtsam.live.inputs import Inputs
 from vtgtsam.live.recorder import Recorder
 from vtgtsam.live.threads import Workers
+from vtgtsam.recording.named import NamedStream
 
 from .report import table
 
@@ -25,6 +27,7 @@ NAMES = {
 }
 
 Event = tuple[int, Callable[[], object]]  # when something becomes known [ns], and what is put then
+PutNamed = Callable[[int, Sequence[str], Sequence[float]], object]
 
 
 def run(path: Path, late: float, rate: float) -> None:
@@ -84,11 +87,11 @@ def events_of(recording: Recording, inputs: Inputs, late_ns: int) -> list[Event]
     assert s.joints is not None and s.contacts is not None and s.vision is not None
     events: list[Event] = []
 
-    def named(stream, names, put) -> None:
+    def named(stream: NamedStream, names: Sequence[str], put: PutNamed) -> None:
         times = stream.times_ns
         values, _ = stream.held(times, names)
         for stamp, row in zip(times.tolist(), values.tolist(), strict=True):
-            events.append((stamp, lambda stamp=stamp, row=row: put(stamp, names, row)))
+            events.append((stamp, partial(put, stamp, names, row)))
 
     named(s.joints, hand.joint_names, inputs.put_joints)
     named(s.contacts, hand.pad_names, inputs.put_contacts)
@@ -98,7 +101,5 @@ def events_of(recording: Recording, inputs: Inputs, late_ns: int) -> list[Event]
     ):
         if stream is not None:
             for stamp, pose in zip(stream.times_ns.tolist(), stream.poses, strict=True):
-                events.append(
-                    (stamp + after, lambda put=put, stamp=stamp, pose=pose: put(stamp, pose))
-                )
+                events.append((stamp + after, partial(put, stamp, pose)))
     return events

@@ -15,6 +15,7 @@ import numpy as np
 from joblib import Parallel, delayed
 
 from vtgtsam import Estimate, EstimatorConfig
+from vtgtsam.config import CameraSigma
 from vtgtsam.evaluation.phases import AFTER, BEFORE
 
 from .disturbances import CASES
@@ -29,7 +30,7 @@ METHODS = {config.method: config for config in (VIS, FRAME_ALONE, MEMORY)}
 LARGE_MM = 5.0
 
 # Of a robot that is known to be perfectly calibrated.
-EXACT = EstimatorConfig.tuned(joint_sigma=0.0, camera_sigma=(0.0, 0.0))
+EXACT = EstimatorConfig.tuned(joint_sigma=0.0, camera_sigma=CameraSigma(0.0, 0.0))
 
 # Condition, case or phase, and method, with the median [mm] and the share of large errors of a recording.
 Errors = dict[tuple[str, str, str], tuple[float, float]]

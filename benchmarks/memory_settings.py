@@ -86,16 +86,20 @@ def variants() -> dict[str, EstimatorConfig]:
             walk = ModeSettings(
                 settings.rotation * factor, settings.translation * factor, settings.correlation
             )
-            made[f"{mode} walk, {word}"] = EstimatorConfig.tuned(**{mode: walk})
+            made[f"{mode} walk, {word}"] = _tuned(mode, walk)
             if settings.correlation > 0.0:
                 longer = settings._replace(correlation=settings.correlation * factor)
-                made[f"{mode} correlation, {word}"] = EstimatorConfig.tuned(**{mode: longer})
+                made[f"{mode} correlation, {word}"] = _tuned(mode, longer)
         theta = MEMORY.log_theta_vis_mem + math.log(factor)
-        made[f"theta_vis_mem, {word}"] = EstimatorConfig.tuned(log_theta_vis_mem=theta)
+        made[f"theta_vis_mem, {word}"] = _tuned("log_theta_vis_mem", theta)
         for name in NUMBERS:
-            changed = {name: getattr(MEMORY, name) * factor}
-            made[f"{name}, {word}"] = EstimatorConfig.tuned(**changed)
+            made[f"{name}, {word}"] = _tuned(name, getattr(MEMORY, name) * factor)
     return dict(sorted(made.items(), key=lambda item: item[0] != RECOMMENDED))
+
+
+def _tuned(name: str, value: Any) -> EstimatorConfig:
+    """The recommended settings with one of them changed."""
+    return EstimatorConfig.tuned(**{name: value})
 
 
 def judge(path: Path) -> dict[str, Judged]:

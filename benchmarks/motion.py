@@ -12,7 +12,7 @@ def exp_se3(xi: np.ndarray) -> np.ndarray:
     A = np.zeros((4, 4))
     A[:3, :3] = [[0, -xi[2], xi[1]], [xi[2], 0, -xi[0]], [-xi[1], xi[0], 0]]
     A[:3, 3] = xi[3:]
-    return expm(A)
+    return np.asarray(expm(A))
 
 
 def random_pose(rng: np.random.Generator, rotation: float, translation: float) -> np.ndarray:

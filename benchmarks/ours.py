@@ -47,6 +47,7 @@ class Ours:
             raise ValueError(f"vtgtsam solves one frame at a time, got a batch of {batch}")
         self.estimator.reset(gtsam.Pose3(T_start[0]))
         time, estimate = timed(lambda: self.estimator.update(self.measurements[frame]))
+        assert estimate.T_wo is not None  # the frame was given its start
         return Solved(estimate.T_wo.matrix()[None], time)
 
     def linearise(self, frame: int, T_wo: np.ndarray) -> Linearised:

@@ -122,7 +122,7 @@ def _gaps(rng: np.random.Generator, pads: int, count: int) -> np.ndarray:
     mean = np.where(back, rng.uniform(0.0005, 0.01, pads), 0.0)
     swing = np.where(back, 0.001, 0.0003)
     rate, phase = rng.uniform(0.05, 0.2, pads), rng.uniform(0, 2 * np.pi, pads)
-    return mean + swing * np.sin(rate * np.arange(count)[:, None] + phase)
+    return np.asarray(mean + swing * np.sin(rate * np.arange(count)[:, None] + phase))
 
 
 def _problem(

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from vtgtsam import read_recording
+from vtgtsam.frame import contact_bits, joints_of
 
 from .problem import Problem
 
@@ -18,22 +19,27 @@ ROOT = Path(__file__).resolve().parents[1]
 
 
 def as_problem(path: str | Path, **settings: Any) -> Problem:
-    """A recording's frames with a visual pose; each starts at that pose when solved by itself."""
+    """A recording's frames with a visual pose and truth; each starts at that pose when solved by itself."""
     recording = read_recording(path)
     hand, sdf = recording.hand, recording.object.sdf
     frames = recording.measurements(rate="vision")
-    T_visual = np.stack([frame.T_wo_visual.matrix() for frame in frames])
-    truth = recording.truth_at([frame.time for frame in frames])
+    truths = recording.truth_at([frame.time for frame in frames])
+    known = [
+        (frame, frame.T_wo_visual.matrix(), T_true.matrix())
+        for frame, T_true in zip(frames, truths, strict=True)
+        if frame.T_wo_visual is not None and T_true is not None
+    ]
+    T_visual = np.stack([T for _, T, _ in known])
     return Problem(
         values=sdf.values,
         lower=sdf.lower,
         upper=sdf.upper,
         points_p=hand.points_p,
         offsets=hand.offsets,
-        T_wp=np.stack([hand.pad_transforms(frame.joints, frame.T_wh) for frame in frames]),
-        contacts=np.stack([frame.contacts for frame in frames]),
+        T_wp=np.stack([hand.pad_transforms(joints_of(f, hand), f.T_wh) for f, _, _ in known]),
+        contacts=np.stack([contact_bits(f.contacts, hand.pad_names) for f, _, _ in known]),
         T_visual=T_visual,
-        T_true=np.stack([T.matrix() for T in truth]),
+        T_true=np.stack([T for _, _, T in known]),
         T_start=T_visual,
         **({"w_vis": np.array([1.0, 1.0])} | settings),
     )

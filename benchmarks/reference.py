@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import importlib
 import sys
 from pathlib import Path
 from typing import Any
@@ -19,9 +20,7 @@ def _implementation() -> Any:
     folder = str(Path(__file__).resolve().parents[1] / "tests")
     if folder not in sys.path:
         sys.path.append(folder)
-    import reference
-
-    return reference
+    return importlib.import_module("reference")
 
 
 class Reference:

@@ -24,7 +24,7 @@ BLOCK = 20  # frames
 ROUNDS = 3  # times through the recording, of which the first is not counted
 SAMPLES = 10  # times that the process's size is read
 
-EXACT = {"joint_sigma": 0.0, "camera_sigma": (0.0, 0.0)}
+EXACT: dict[str, Any] = {"joint_sigma": 0.0, "camera_sigma": (0.0, 0.0)}
 COMPARED = {
     "a frame alone, exact robot": EstimatorConfig.tuned(method="vis+tac+pen", **EXACT),
     "a frame alone, uncertain joints and camera": FRAME_ALONE,

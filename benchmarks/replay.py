@@ -14,8 +14,9 @@ import numpy as np
 from vtgtsam import Estimate, EstimatorConfig, Measurement, PoseEstimator, read_recording
 from vtgtsam.evaluation.consistency import covered, nees
 from vtgtsam.evaluation.find import find_recordings
-from vtgtsam.evaluation.phases import turn_phases
+from vtgtsam.evaluation.phases import phases_of
 from vtgtsam.metrics import Adds
+from vtgtsam.objects import mesh_of
 from vtgtsam.recording import Recording
 from vtgtsam.recording.frames import evaluation_frames
 
@@ -72,8 +73,8 @@ def load(path: Path) -> Replay:
     frames = evaluation_frames(recording)
     truths = recording.truth_at([frame.time for frame in frames])
     known = [(frame, T) for frame, T in zip(frames, truths, strict=True) if T is not None]
-    phases = np.array(turn_phases([frame.T_wh for frame, _ in known]))
-    adds = Adds(recording.object.mesh)
+    phases = np.array(phases_of([frame for frame, _ in known]))
+    adds = Adds(mesh_of(recording.object))
     return Replay(recording, [f for f, _ in known], [T for _, T in known], phases, adds)
 
 
@@ -107,14 +108,14 @@ class Consistency(NamedTuple):
 
     def of(self, phase: str) -> np.ndarray:
         """Which frames of a phase have a NEES."""
-        return (self.phases == phase) & np.isfinite(self.values)
+        return np.asarray((self.phases == phase) & np.isfinite(self.values))
 
 
 def consistency(replay: Replay, estimates: Sequence[Estimate]) -> Consistency:
     """Judge the covariances of estimates, one a frame of the replay."""
     there = [n for n, estimate in enumerate(estimates) if estimate.T_wo is not None]
     values, dof = nees(
-        [estimates[n].T_wo for n in there],
+        [estimate.T_wo for estimate in estimates if estimate.T_wo is not None],
         np.array([estimates[n].covariance for n in there]),
         [replay.truths[n] for n in there],
         symmetry_of(replay.recording.object),

@@ -16,6 +16,8 @@ import trimesh
 
 from vtgtsam import Measurement, ObjectModel, build_sdf
 from vtgtsam.faults import words
+from vtgtsam.frame import contact_bits, joints_of
+from vtgtsam.objects import mesh_of
 from vtgtsam.sdf.search import ClosestPoints
 from vtgtsam.sdf.search.closest_points import PadContacts
 
@@ -111,14 +113,11 @@ def _first(replay: Replay, shown: np.ndarray, since: float = BEGIN) -> float | N
 
 
 def _bits(replay: Replay, n: int) -> np.ndarray:
-    contacts = replay.frames[n].contacts
-    if hasattr(contacts, "keys"):
-        return np.array([contacts[name] for name in replay.recording.hand.pad_names])
-    return np.array(contacts)
+    return contact_bits(replay.frames[n].contacts, replay.recording.hand.pad_names)
 
 
 def _joints(replay: Replay, n: int) -> np.ndarray:
-    return np.asarray(replay.recording.hand.joint_array(replay.frames[n].joints))
+    return joints_of(replay.frames[n], replay.recording.hand)
 
 
 def _vision(change: Callable[[gtsam.Pose3], gtsam.Pose3]) -> Callable[[Replay], Change]:
@@ -186,7 +185,7 @@ def closest_at_truth(replay: Replay) -> Callable[[int], PadContacts]:
 
     def at(n: int) -> PadContacts:
         frame = replay.frames[n]
-        T_wp = hand.pad_transforms(frame.joints, frame.T_wh)
+        T_wp = hand.pad_transforms(joints_of(frame, hand), frame.T_wh)
         return closest.search(np.ascontiguousarray(replay.truths[n].matrix()), T_wp, everywhere)
 
     return at
@@ -207,7 +206,7 @@ def _far(replay: Replay) -> float | None:
 def wrong_object(replay: Replay) -> ObjectModel:
     """The object, 30 % larger than it is."""
     obj = replay.recording.object
-    mesh: trimesh.Trimesh = obj.mesh.copy()
+    mesh: trimesh.Trimesh = mesh_of(obj).copy()
     mesh.apply_scale(SCALE)
     return ObjectModel("wrong", build_sdf(mesh, resolution=96), mesh)
 

@@ -61,6 +61,8 @@ class TheseusProcess:
             stderr=subprocess.DEVNULL,
             text=True,
         )
+        assert self._process.stdin is not None and self._process.stdout is not None  # pipes
+        self._requests, self._answers = self._process.stdin, self._process.stdout
         with tempfile.TemporaryDirectory() as folder:
             problem.save(f"{folder}/problem.npz")
             self.versions = self._ask("load", path=f"{folder}/problem.npz", kind=kind, **options)
@@ -79,14 +81,14 @@ class TheseusProcess:
 
     def close(self) -> None:
         """End the process."""
-        self._process.stdin.close()
+        self._requests.close()
         self._process.wait(timeout=30)
-        self._process.stdout.close()
+        self._answers.close()
 
     def _ask(self, call: str, **request: Any) -> dict[str, Any]:
-        self._process.stdin.write(json.dumps({"call": call} | request) + "\n")
-        self._process.stdin.flush()
-        line = self._process.stdout.readline()
+        self._requests.write(json.dumps({"call": call} | request) + "\n")
+        self._requests.flush()
+        line = self._answers.readline()
         answer = json.loads(line) if line else {"failed": "its process ended"}
         if "failed" in answer:
             self._process.kill()

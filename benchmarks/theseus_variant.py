@@ -33,7 +33,7 @@ class TactileCost(th.CostFunction):
 
     def dim(self) -> int:
         """Rows."""
-        return self.touching.shape[1]
+        return int(self.touching.shape[1])
 
     def error(self) -> torch.Tensor:
         """Residual (B, rows)."""

@@ -19,6 +19,7 @@ from joblib import Parallel, delayed
 from vtgtsam import EstimatorConfig, Measurement, PoseEstimator, read_recording
 from vtgtsam.evaluation.find import find_recordings
 from vtgtsam.metrics import Adds
+from vtgtsam.objects import mesh_of
 from vtgtsam.recording import Recording
 from vtgtsam.recording.frames import evaluation_frames
 
@@ -100,7 +101,7 @@ def mean_error(path: Path, config: EstimatorConfig) -> float:
 @cache  # each process reads each recording once
 def _load(path: Path) -> tuple[Recording, list[Measurement], Adds]:
     recording = read_recording(path)
-    return recording, evaluation_frames(recording), Adds(recording.object.mesh)
+    return recording, evaluation_frames(recording), Adds(mesh_of(recording.object))
 
 
 def _errors(config: EstimatorConfig, paths: Sequence[Path], workers: Parallel) -> np.ndarray:

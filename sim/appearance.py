@@ -5,6 +5,8 @@ from __future__ import annotations
 
 import zlib
 
+from vtgtsam.evaluation.palette import rgb
+
 Color = tuple[float, float, float]  # red, green, blue in [0, 1]
 
 # By a word in the object's name; the first that occurs counts.
@@ -42,6 +44,12 @@ _OTHERS: tuple[Color, ...] = (
     (0.30, 0.60, 0.55),
     (0.55, 0.42, 0.68),
 )
+
+
+def of_palette(color: str) -> Color:
+    """A colour of ``vtgtsam.evaluation.palette``, in [0, 1]."""
+    red, green, blue = rgb(color)
+    return red / 255, green / 255, blue / 255
 
 
 def color_of(name: str) -> Color:

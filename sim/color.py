@@ -112,4 +112,4 @@ class ColorVideo:
 def add_color_noise(image: np.ndarray, rng: np.random.Generator, scale: float) -> np.ndarray:
     """An image, uint8, with the paper's Gaussian noise times ``scale`` in each channel."""
     noisy = image + scale * SIGMA * rng.standard_normal(image.shape)
-    return np.clip(np.rint(noisy), 0, 255).astype(np.uint8)
+    return np.asarray(np.clip(np.rint(noisy), 0, 255), dtype=np.uint8)

@@ -15,6 +15,7 @@ import trimesh
 
 from vtgtsam import ObjectModel
 from vtgtsam.exceptions import VtgtsamError
+from vtgtsam.objects import mesh_of
 from vtgtsam.surface import Surface
 
 from .convex import convex_parts
@@ -46,14 +47,15 @@ def surface_gap(obj: ObjectModel, seed: int = 0) -> SurfaceGap:
         obj: The object.
         seed: Of the points sampled.
     """
-    hulls = [trimesh.convex.convex_hull(points) for points in convex_parts(obj.mesh)]
+    mesh = mesh_of(obj)
+    hulls = [trimesh.convex.convex_hull(points) for points in convex_parts(mesh)]
     areas = np.array([hull.area for hull in hulls])
     counts = np.ceil(SAMPLES * areas / areas.sum()).astype(int)
     points = np.concatenate(
         [hull.sample(count, seed=seed) for hull, count in zip(hulls, counts, strict=True)]
     )
     outer = points[~_inside_another(points, np.repeat(np.arange(len(hulls)), counts), hulls)]
-    gap = Surface(obj.mesh.vertices, obj.mesh.faces).distances(outer)
+    gap = Surface(mesh.vertices, mesh.faces).distances(outer)
     return SurfaceGap(len(hulls), float(gap.mean()), float(np.quantile(gap, 0.95)))
 
 

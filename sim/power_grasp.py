@@ -15,6 +15,7 @@ from scipy.spatial.transform import Rotation
 
 from vtgtsam.cache import cached_arrays
 from vtgtsam.mesh.reading import sha256_of
+from vtgtsam.objects import mesh_of
 
 from . import constants as c
 from .placement import MAX_YAW, above_palm, turned
@@ -30,7 +31,8 @@ def power_grasp(world: World) -> np.ndarray | None:
     """The object's pose T_wo, shape (4, 4), at rest in the open hand; None where no grasp holds."""
     text = world.description.model_dump_json() + world.hand.xml + _VERSION
     key = hashlib.sha256(text.encode()).hexdigest()[:16]
-    key += "-" + sha256_of(world.obj.mesh.vertices, world.obj.mesh.faces)[:32]
+    mesh = mesh_of(world.obj)
+    key += "-" + sha256_of(mesh.vertices, mesh.faces)[:32]
     found = cached_arrays("grasps", key, lambda: {"T_wo": _search(world)})["T_wo"]
     return found if len(found) else None
 

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from operator import itemgetter
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import gtsam
 import numpy as np
@@ -69,7 +69,7 @@ class Take:
 
     def measured_joints(self, joints: np.ndarray) -> np.ndarray:
         """Joint angles [rad] as the encoders show them."""
-        return joints + self.error.joints
+        return np.asarray(joints + self.error.joints)
 
 
 def record(take: Take, tracker: str, path: Path, metadata: dict[str, str]) -> None:
@@ -98,8 +98,9 @@ def record(take: Take, tracker: str, path: Path, metadata: dict[str, str]) -> No
 
 def pose_text(T_wo: gtsam.Pose3) -> str:
     """A pose as in TUM files: x y z [m], qx qy qz qw."""
-    quat_xyzw = T_wo.rotation().toQuaternion().coeffs()
-    return " ".join(f"{number:.12g}" for number in [*T_wo.translation(), *quat_xyzw])
+    quaternion: Any = T_wo.rotation().toQuaternion()
+    numbers = [*T_wo.translation(), *quaternion.coeffs()]  # coeffs: xyzw
+    return " ".join(f"{number:.12g}" for number in numbers)
 
 
 def _samples(take: Take) -> Iterator[Event]:

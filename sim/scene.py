@@ -19,6 +19,7 @@ from vtgtsam.hands.file import PADS_TEXT, compile_hand, parse_spec, read_spec
 from vtgtsam.hands.pad_boxes import PadBox
 from vtgtsam.hands.pads import RIM
 from vtgtsam.hands.shapes import SHOWN_GROUPS
+from vtgtsam.objects import mesh_of
 
 from . import constants as c
 from .appearance import color_of
@@ -294,7 +295,8 @@ def _add_hull(spec: mujoco.MjSpec, name: str, vertices: np.ndarray, **options: A
 
 def _set_inertia(body: mujoco.MjsBody, obj: ObjectModel) -> None:
     """Mass and inertia of a body of even density."""
-    solid: trimesh.Trimesh = obj.mesh if obj.mesh.is_volume else obj.mesh.convex_hull
+    mesh = mesh_of(obj)
+    solid: trimesh.Trimesh = mesh if mesh.is_volume else mesh.convex_hull
     mass = obj.mass if obj.mass is not None else min(c.DENSITY * solid.volume, c.MAX_MASS)
     inertia = solid.moment_inertia * mass / solid.volume
     body.explicitinertial = True

@@ -80,7 +80,7 @@ class _HandAlone:
         return controller.joints
 
     def _read(self) -> np.ndarray:
-        return self._data.qpos[self._qpos] + self._zeros
+        return np.asarray(self._data.qpos[self._qpos] + self._zeros)
 
     def _command(self, joints: np.ndarray) -> None:
         self._data.ctrl[self._servos] = (joints - self._zeros)[self._servo_joints]

@@ -101,7 +101,7 @@ def steps_since(time: float) -> int:
 def wrist_angle(time: float) -> float:
     """Commanded backward angle of the wrist [rad]."""
     progress = (time - c.TURN_START) / (c.TURN_END - c.TURN_START)
-    return c.TURN_ANGLE * float(np.clip(progress, 0.0, 1.0))
+    return float(c.TURN_ANGLE * np.clip(progress, 0.0, 1.0))
 
 
 class _Course:

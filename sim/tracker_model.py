@@ -129,4 +129,5 @@ def _drift(times: np.ndarray, rng: np.random.Generator) -> np.ndarray:
 def _spells(times: np.ndarray, count: int, length: float, rng: np.random.Generator) -> np.ndarray:
     """Where one of ``count`` spells of a length [s] at random instants is, shape (F,)."""
     starts = rng.uniform(times[0] + 1.0, times[-1] - length, count)
-    return ((times[:, None] >= starts) & (times[:, None] < starts + length)).any(axis=1)
+    inside = (times[:, None] >= starts) & (times[:, None] < starts + length)
+    return np.asarray(inside.any(axis=1))

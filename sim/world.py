@@ -100,7 +100,7 @@ class World:
 
     def joints(self) -> np.ndarray:
         """Joint angles [rad], shape (J,)."""
-        return self.data.qpos[self._qpos]
+        return np.asarray(self.data.qpos[self._qpos])
 
     def T_wh(self) -> np.ndarray:
         """Pose of the hand, shape (4, 4)."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import gtsam
 import numpy as np
@@ -22,6 +22,9 @@ from .faults.words import (
 from .hands.motion import hand_motion
 from .hands.pads import PadSet
 from .measurement import Measurement
+
+if TYPE_CHECKING:
+    from .hands.model import HandModel
 
 _ORTHONORMAL = 1e-4  # largest deviation of R'R from I that still counts as rounding
 _FAR = 1e7  # [m]
@@ -177,10 +180,19 @@ def _pads_by_joints(measurement: Measurement, pads: PadSet) -> tuple[np.ndarray,
         raise ValueError(
             "a PadSet has no kinematics: give each frame's pad poses in Measurement.T_wp, shape (K, 4, 4)"
         )
+    joints = joints_of(measurement, pads)
+    return joints, pads.pad_transforms(joints)
+
+
+def joints_of(measurement: Measurement, hand: HandModel) -> np.ndarray:
+    """Joint angles in the order of the hand's ``joint_names`` [rad], shape (J,).
+
+    Raises:
+        ValueError: They are not given, or ``HandModel.joint_array`` refuses them.
+    """
     if measurement.joints is None:
         raise ValueError("the measurement has neither joints nor T_wp; give one of them")
-    joints = pads.joint_array(measurement.joints)
-    return joints, pads.pad_transforms(joints)
+    return hand.joint_array(measurement.joints)
 
 
 def _visual_covariance(measurement: Measurement, used: bool) -> np.ndarray | None:

@@ -73,6 +73,19 @@ class ObjectModel:
         return f"ObjectModel({self.name!r}, {mm[0]:.0f} x {mm[1]:.0f} x {mm[2]:.0f} mm)"
 
 
+def mesh_of(obj: ObjectModel) -> trimesh.Trimesh:
+    """The object's surface in its own frame [m].
+
+    Raises:
+        MeshError: It is known by its field alone.
+    """
+    if obj.mesh is None:
+        raise MeshError(
+            f"object {obj.name!r} has a field alone, and this needs its mesh: give the mesh's file"
+        )
+    return obj.mesh
+
+
 def load_object(
     name_or_path: str | Path,
     scale: float = 1.0,

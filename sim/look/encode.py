@@ -3,12 +3,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from vtgtsam.exceptions import VtgtsamError
+
+if TYPE_CHECKING:
+    from PIL import Image
 
 Pictures = Iterator[np.ndarray]  # RGB, uint8, (height, width, 3), all of one size
 Encoder = Callable[[Pictures, Path, float], None]  # pictures, the file to write, pictures a second
@@ -84,7 +88,7 @@ def write_gif(pictures: Pictures, out: Path, fps: float) -> None:
     )
 
 
-def _palette(images: list):
+def _palette(images: Sequence[Image.Image]) -> Image.Image:
     """The colours of a sample of the pictures."""
     from PIL import Image
 

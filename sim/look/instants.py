@@ -7,11 +7,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+import gtsam
 import numpy as np
 
 from vtgtsam import Recording
-from vtgtsam.evaluation.phases import AFTER, BEFORE, TURNING, turn_phases
+from vtgtsam.evaluation.phases import AFTER, BEFORE, TURNING, phases_of
 from vtgtsam.exceptions import RecordingError
+from vtgtsam.frame import contact_bits, joints_of
 from vtgtsam.recording.trajectory import PoseTrajectory
 
 WORDS = {BEFORE: "before the turn", TURNING: "the hand turns", AFTER: "after the turn"}
@@ -85,17 +87,17 @@ def instants(
             f"{recording.path} has no poses of the object, true or visual, to draw"
         )
     times = [m.time for m in measurements]
-    phases = turn_phases([m.T_wh for m in measurements])
+    phases = phases_of(measurements)
     objects = _matrices(shown, times)
     others = [_matrices(estimated.poses, times) for estimated in estimates]
     return [
         Instant(
             m.time - times[0],
             WORDS[phase],
-            recording.hand.joint_array(m.joints),
-            m.T_wh.matrix(),
+            joints_of(m, recording.hand),
+            (m.T_wh or gtsam.Pose3()).matrix(),
             T_wo,
-            np.asarray(m.contacts),
+            contact_bits(m.contacts, recording.hand.pad_names),
             tuple(poses[k] for poses in others),
             tuple(estimated.covariance_at(m.time) for estimated in estimates),
         )

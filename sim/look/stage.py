@@ -16,10 +16,10 @@ import numpy as np
 from vtgtsam import HandModel, Recording
 from vtgtsam.covariance import center_ellipsoid
 from vtgtsam.evaluation import palette
-from vtgtsam.evaluation.palette import rgb
 from vtgtsam.exceptions import VtgtsamError
+from vtgtsam.objects import mesh_of
 
-from ..appearance import Color, color_of
+from ..appearance import Color, color_of, of_palette
 from ..hands import load_description
 from ..scene import HAND, hand_with_pads, pad_geom, take_options
 from .instants import Instant
@@ -36,7 +36,7 @@ SWELL = (
     0.01  # links that are tinged are drawn so much larger: their neighbours have the same surface
 )
 STEP = 0.003  # and each geom of a link so much larger than the one before, for the same reason
-TRUTH: Color = tuple(value / 255 for value in rgb(palette.TRUTH))  # where estimates are shown
+TRUTH = of_palette(palette.TRUTH)  # where estimates are shown
 EDGES = (0.42, 0.44, 0.47)  # of the truth's box, whose faces are lighter
 OUTLINE = 0.0012  # [m], radius of a box's edges
 REGION = 0.35  # opacity of the ellipsoids
@@ -61,7 +61,7 @@ class Stage:
     """
 
     def __init__(self, recording: Recording, colors: Sequence[Color] = ()) -> None:
-        hand, mesh = recording.hand, recording.object.mesh
+        hand, mesh = recording.hand, mesh_of(recording.object)
         spec = mujoco.MjSpec()
         spec.compiler.boundmass, spec.compiler.boundinertia = 1e-6, 1e-9
         spec.compiler.balanceinertia = True
@@ -233,9 +233,7 @@ def _add_object(
 
 def method_color(name: str, place: int) -> Color:
     """A method's colour, as everywhere; ``place`` counts those that have none of their own."""
-    known = palette.OF_METHODS.get(name) or palette.OTHERS[place % len(palette.OTHERS)]
-    red, green, blue = (value / 255 for value in rgb(known))
-    return red, green, blue
+    return of_palette(palette.OF_METHODS.get(name) or palette.OTHERS[place % len(palette.OTHERS)])
 
 
 def _added(
@@ -264,4 +262,5 @@ def _corners(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> np.ndarra
     """Corners of the box around a geom in its own frame, in the world [m], shape (8, 3)."""
     center, half = model.geom_aabb[geom, :3], model.geom_aabb[geom, 3:]
     signs = np.array(list(itertools.product((-1, 1), repeat=3)))
-    return data.geom_xpos[geom] + (center + signs * half) @ data.geom_xmat[geom].reshape(3, 3).T
+    R_wg = data.geom_xmat[geom].reshape(3, 3)
+    return np.asarray(data.geom_xpos[geom] + (center + signs * half) @ R_wg.T)

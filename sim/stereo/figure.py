@@ -28,7 +28,8 @@ def columns(object_name: str, seed: int) -> list[tuple[np.ndarray, ...]]:
     matched, inner = surrounding(camera)
     replay, exact = Replay(world.model, world.hand.joint_names), DepthCamera(world.model, camera)
     imagers = [InfraredCamera(world.model, matched, x) for x in (0.0, rig.BASELINE)]
-    rng, matcher, found = np.random.default_rng(seed), Matcher(), []
+    rng, matcher = np.random.default_rng(seed), Matcher()
+    found: list[tuple[np.ndarray, ...]] = []
     for k in (0, int(np.searchsorted(trajectory.frame_time, 4.0)), -1):
         replay.show(trajectory.frame_joints[k], trajectory.frame_T_wh[k], trajectory.frame_T_wo[k])
         true, _ = exact.render(replay.data, T_wc)

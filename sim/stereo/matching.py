@@ -34,7 +34,7 @@ class Matcher:
 
     def __init__(self) -> None:
         cv2.setNumThreads(1)  # the processes are the parallel ones
-        self._sgbm = cv2.StereoSGBM_create(
+        self._sgbm = cv2.StereoSGBM.create(
             minDisparity=0,
             numDisparities=rig.DISPARITIES,
             blockSize=BLOCK,
@@ -65,7 +65,7 @@ def _step(left: np.ndarray, right: np.ndarray, disparity: np.ndarray) -> np.ndar
     height, width = left.shape
     u, v = np.meshgrid(np.arange(width, dtype=np.float32), np.arange(height, dtype=np.float32))
     right = right.astype(np.float32)
-    slope = cv2.Sobel(right, cv2.CV_32F, 1, 0, ksize=1) / 2.0
+    slope: np.ndarray = cv2.Sobel(right, cv2.CV_32F, 1, 0, ksize=1) / 2.0
     at = (u - disparity).astype(np.float32)
     moved = cv2.remap(right, at, v, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
     g = cv2.remap(slope, at, v, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)

@@ -16,10 +16,11 @@ from sim.appearance import color_of
 from sim.look import encode, film
 from sim.look.instants import Estimated, instants, read_estimates
 from sim.look.sheet import contact_sheet
+from sim.look.stage import Stage
 from sim.look.views import find_views
-from vtgtsam import evaluate, load_hand, load_object, read_recording
+from vtgtsam import ObjectModel, evaluate, load_hand, load_object, read_recording
 from vtgtsam.evaluation.palette import OF_METHODS, rgb
-from vtgtsam.exceptions import RecordingError
+from vtgtsam.exceptions import MeshError, RecordingError
 from vtgtsam.recording import RecordingWriter
 from vtgtsam.recording.provenance import mesh_file, object_metadata
 from vtgtsam.recording.trajectory import PoseTrajectory
@@ -136,6 +137,12 @@ def test_a_hand_that_only_the_recording_knows_is_drawn(tmp_path, recording):
 
 
 @needs_graphics
+def test_an_object_that_is_known_by_its_field_alone_is_refused_in_one_sentence(recording):
+    alone = ObjectModel("cube", load_object("cube").sdf)
+    with pytest.raises(MeshError, match="'cube' has a field alone, and this needs its mesh"):
+        Stage(read_recording(recording, object=alone))
+
+
 def test_an_object_that_moves_away_from_the_origin_stays_in_sight(tmp_path):
     path = tmp_path / "far.mcap"
     hand, obj = load_hand("isyhand"), load_object("cube")

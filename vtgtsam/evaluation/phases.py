@@ -12,10 +12,17 @@ from collections.abc import Sequence
 import gtsam
 import numpy as np
 
+from ..measurement import Measurement
+
 BEFORE, TURNING, AFTER = "before", "turning", "after"
 
 AT_REST = np.radians(2.0)  # [rad], the hand has left, or reached, a resting orientation
 TURNED = np.radians(10.0)  # [rad], less than this between start and end is no turn
+
+
+def phases_of(frames: Sequence[Measurement]) -> list[str]:
+    """The phase of each measurement; a hand whose pose is not given stands at the world's origin."""
+    return turn_phases([frame.T_wh or gtsam.Pose3() for frame in frames])
 
 
 def turn_phases(T_wh: Sequence[gtsam.Pose3]) -> list[str]:

@@ -10,8 +10,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import gtsam
-
 from ..config import EstimatorConfig
 from ..estimator import PoseEstimator
 from ..exceptions import RecordingError, VtgtsamError
@@ -23,7 +21,7 @@ from . import store
 from .errors import errors_table
 from .estimates import estimates_table
 from .given import Given
-from .phases import turn_phases
+from .phases import phases_of
 from .remote import RemoteRecording
 from .resume import sequence_key
 
@@ -108,7 +106,7 @@ def _evaluate(task: Task, path: Path, key: str) -> dict[str, Any]:
             for name, estimator in _estimators(recording, task).items()
         }
         contacts = [contact_bits(frame.contacts, recording.hand.pad_names) for frame in frames]
-        phases = turn_phases([frame.T_wh or gtsam.Pose3() for frame in frames])
+        phases = phases_of(frames)
         about = _describe(task.sequence, recording, [frame.time for frame in frames])
         about |= {"key": key, "frames": len(frames)}
         metrics, about["note"] = errors_table(recording, estimates, phases, about)

@@ -253,7 +253,7 @@ def test_a_mistake_in_the_program_is_one_failed_sequence_with_its_traceback_logg
     import vtgtsam.evaluation.sequence as sequence
 
     write_grasp(tmp_path / "0.mcap", frames=4)
-    monkeypatch.setattr(sequence, "turn_phases", lambda poses: poses[0] / 0)
+    monkeypatch.setattr(sequence, "phases_of", lambda frames: frames[0] / 0)
     summary = evaluate(tmp_path / "0.mcap", ["vis"], "tuned", tmp_path / "out")
     assert summary.attrs["failed"]["0"].startswith("TypeError")
     assert "Traceback" in caplog.text

@@ -2,7 +2,8 @@
 import gtsam
 import numpy as np
 
-from vtgtsam.evaluation.phases import turn_phases
+from vtgtsam import Measurement
+from vtgtsam.evaluation.phases import phases_of, turn_phases
 
 
 def hand_at(degrees: list[float]) -> list[gtsam.Pose3]:
@@ -38,3 +39,9 @@ def test_a_jump_has_no_frames_in_between():
 
 def test_no_frames_have_no_phase():
     assert turn_phases([]) == []
+
+
+def test_a_hand_whose_pose_is_not_given_stands_at_the_origin():
+    turned = gtsam.Pose3(gtsam.Rot3.Ry(np.radians(45)), np.zeros(3))
+    frames = [Measurement(0.1 * n, [], T_wh=T) for n, T in enumerate((None, None, turned))]
+    assert phases_of(frames) == ["before", "before", "after"]
