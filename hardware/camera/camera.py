@@ -13,6 +13,8 @@ import numpy as np
 from vtgtsam.camera import CameraIntrinsics
 from vtgtsam.exceptions import VtgtsamError
 
+from .imager import LeftImager, LeftImages
+
 
 class CameraError(VtgtsamError):
     """No camera, no images from it, or images that cannot be used."""
@@ -20,18 +22,21 @@ class CameraError(VtgtsamError):
 
 @dataclass(frozen=True, eq=False)
 class CameraFrame:
-    """The images of one instant, both as the colour camera sees.
+    """The images of one instant, as the colour camera sees, and those of a left imager beside them.
 
     Attributes:
         time: When they were taken [s], by the host's monotonic clock; by the recording's clock where
             a file is read as fast as it goes.
         depth: Depth along the optical axis [m], shape (H, W), float32, 0 where nothing was measured.
         color: RGB image, shape (H, W, 3), uint8, or None where the camera has none.
+        left: The same depth before it was aligned to the colour image, and the infrared image that belongs to it,
+            from a camera with a left imager; else None.
     """
 
     time: float
     depth: np.ndarray
     color: np.ndarray | None
+    left: LeftImages | None = None
 
 
 class Camera(ABC):
@@ -39,11 +44,14 @@ class Camera(ABC):
 
     Attributes:
         name: What it is, for people.
-        intrinsics: Of both images.
+        intrinsics: Of depth and colour image.
+        left: The left imager of a stereo camera, whose images come with each frame; None where it has none, or no
+            infrared images of it.
     """
 
     name: str
     intrinsics: CameraIntrinsics
+    left: LeftImager | None = None
 
     @abstractmethod
     def read(self) -> CameraFrame | None:

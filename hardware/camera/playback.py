@@ -99,6 +99,7 @@ class PacedCamera(Camera):
         """
         self.name = camera.name
         self.intrinsics = camera.intrinsics
+        self.left = camera.left
         self._camera = camera
         self._clock = clock
         self._sleep = sleep

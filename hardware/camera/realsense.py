@@ -2,14 +2,16 @@
 """Intel RealSense depth cameras and their recordings (.db3, or .bag of older versions).
 
 Depth is aligned to the colour image, so one set of factory intrinsics, the colour stream's, holds for
-both. The library is imported where it is used: it is an extra, and needs libusb from the system.
+both. Beside them comes what the left imager saw, where its infrared images can be had. The library is imported
+where it is used: it is an extra, and needs libusb from the system.
 """
 
 from __future__ import annotations
 
+import logging
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -20,11 +22,16 @@ from hardware.device_clock import DeviceClock
 from vtgtsam.camera import CameraIntrinsics
 
 from .camera import Camera, CameraError, CameraFrame
+from .imager import LeftImages
+from .realsense_imager import LEFT, left_imager, pinhole
+
+log = logging.getLogger(__name__)
 
 _WAIT = 2.0  # [s], the longest time without an image; the first one may take a second
 _END_WAIT = 0.1  # [s], for the last images of a file that has been read to its end
 _OLD, _AHEAD = 0.5, 0.05  # [s], a stamp further from now is not by this computer's clock
 _APART = 0.020  # [s], stamps of a depth and a colour image that belong together; a period is 33 ms
+_SAME = 0.005  # [s], of a depth and the infrared image it was measured from; the shortest period is 11 ms
 
 
 @dataclass(frozen=True)
@@ -66,12 +73,12 @@ class RealSenseCamera(Camera):
         rate: int = 30,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
-        """Begin to stream depth and colour.
+        """Begin to stream depth and colour, and the left infrared images where the camera can give them too.
 
         Args:
             serial: Which camera, needed where more than one is connected.
-            width: Of both images [pixels].
-            height: Of both images [pixels].
+            width: Of all images [pixels].
+            height: Of all images [pixels].
             rate: Images a second [Hz].
             clock: The host's monotonic clock [s].
 
@@ -80,16 +87,12 @@ class RealSenseCamera(Camera):
         """
         rs = _library()
         device = _choose(find_devices(), serial)  # without one, start() would hang for 15 s
-        config = rs.config()
-        config.enable_device(device.serial)
-        config.enable_stream(rs.stream.depth, width, height, rs.format.z16, rate)
-        config.enable_stream(rs.stream.color, width, height, rs.format.rgb8, rate)
-        advice = "use a USB 3 port and cable, and close other programs that use the camera"
-        self._stream = _Stream(rs, config, f"{device.name} {device.serial}", advice)
+        self._stream = _start(rs, device, width, height, rate)
         self._clock = clock
         self._device_clock = DeviceClock()
         self.name = self._stream.name
         self.intrinsics = self._stream.intrinsics
+        self.left = self._stream.left
 
     def read(self) -> CameraFrame:
         """The next images, copied out of the library's small pool at once.
@@ -100,13 +103,13 @@ class RealSenseCamera(Camera):
         images = self._stream.next(_WAIT)
         if images is None:
             raise CameraError(f"{self.name}: no image for {_WAIT:g} s; is it still plugged in?")
-        stamp, by_host, depth, color = images
+        frame, by_host = images
         now = self._clock()
-        by_device = self._device_clock.to_host(stamp, now)
-        age = time.time() - stamp
+        by_device = self._device_clock.to_host(frame.time, now)
+        age = time.time() - frame.time
         # The library has told the stamp in the host's wall clock already; that may have been set meanwhile.
         trusted = by_host and -_AHEAD <= age <= _OLD
-        return CameraFrame(now - max(age, 0.0) if trusted else by_device, depth, color)
+        return replace(frame, time=now - max(age, 0.0) if trusted else by_device)
 
     def close(self) -> None:
         """Stop streaming."""
@@ -133,6 +136,7 @@ class RealSenseFile(Camera):
         self._playback.set_real_time(False)
         self.name = f"{self._stream.name} ({path})"
         self.intrinsics = self._stream.intrinsics
+        self.left = self._stream.left
 
     def read(self) -> CameraFrame | None:
         """The next images, or None at the end."""
@@ -140,8 +144,8 @@ class RealSenseFile(Camera):
             at_end = self._playback.current_status() == self._stopped
             images = self._stream.next(_END_WAIT)
             if images is not None:
-                stamp, _, depth, color = images
-                return CameraFrame(stamp, depth, color)
+                frame, _ = images
+                return frame
             if at_end:
                 break
         return None
@@ -151,8 +155,27 @@ class RealSenseFile(Camera):
         self._stream.close()
 
 
+def _start(rs: ModuleType, device: RealSenseDevice, width: int, height: int, rate: int) -> _Stream:
+    """What a camera streams: the left infrared images too, where it can."""
+    name = f"{device.name} {device.serial}"
+    advice = "use a USB 3 port and cable, and close other programs that use the camera"
+    config = rs.config()
+    config.enable_device(device.serial)
+    config.enable_stream(rs.stream.depth, width, height, rs.format.z16, rate)
+    config.enable_stream(rs.stream.color, width, height, rs.format.rgb8, rate)
+    config.enable_stream(rs.stream.infrared, LEFT, width, height, rs.format.y8, rate)
+    try:
+        return _Stream(rs, config, f"{name} with infrared images", advice)
+    except CameraError as error:
+        refused = str(error)
+    config.disable_stream(rs.stream.infrared)  # here, where nothing holds the first pipeline
+    stream = _Stream(rs, config, name, advice)
+    log.warning("%s; going on without infrared images", refused)
+    return stream
+
+
 class _Stream:
-    """A running pipeline that gives depth and colour images of the same instant."""
+    """A running pipeline that gives depth and colour images of the same instant, and infrared ones beside them."""
 
     def __init__(self, rs: ModuleType, config: Any, source: str, advice: str) -> None:
         self._rs = rs
@@ -166,16 +189,16 @@ class _Stream:
             self.device = profile.get_device()
             self.name = _info(self.device, rs.camera_info.name)
             self.intrinsics = _intrinsics(rs, profile, source)
+            self.left = left_imager(rs, profile, self.name)
             self._depth_unit = self.device.first_depth_sensor().get_depth_scale()  # [m]
         except BaseException:
             self._pipeline.stop()
             raise
 
-    def next(self, wait: float) -> tuple[float, bool, np.ndarray, np.ndarray] | None:
-        """The next pair of images, or None where none comes in ``wait`` [s].
+    def next(self, wait: float) -> tuple[CameraFrame, bool] | None:
+        """The next images, with the library's stamp, and whether that is by the host's wall clock.
 
-        Returns:
-            Stamp [s], whether it is by the host's wall clock, depth [m], RGB image.
+        None where none come in ``wait`` [s].
         """
         deadline = time.monotonic() + wait
         while (left := deadline - time.monotonic()) > 0:
@@ -189,18 +212,27 @@ class _Stream:
             if not depth or not color:  # a set may lack either, above all the first ones
                 continue
             # The library repeats one stream's last image where the other's is late or missing.
-            if abs(depth.get_timestamp() - color.get_timestamp()) < 1000 * _APART:
+            if _apart(depth, color) < _APART:
                 return self._copied(frames, depth)
         return None
 
-    def _copied(self, frames: Any, depth: Any) -> tuple[float, bool, np.ndarray, np.ndarray]:
-        stamp = depth.get_timestamp() / 1000
+    def _copied(self, frames: Any, depth: Any) -> tuple[CameraFrame, bool]:
         device_clock = self._rs.timestamp_domain.hardware_clock
         by_host = depth.get_frame_timestamp_domain() != device_clock
         aligned = self._align.process(frames)
-        depth_image = np.array(aligned.get_depth_frame().get_data(), dtype=np.float32)
-        color_image = np.array(aligned.get_color_frame().get_data())
-        return stamp, by_host, depth_image * np.float32(self._depth_unit), color_image
+        color = np.array(aligned.get_color_frame().get_data())
+        left = None if self.left is None else self._left_images(frames, depth)
+        depth_image = self._metres(aligned.get_depth_frame())
+        return CameraFrame(depth.get_timestamp() / 1000, depth_image, color, left), by_host
+
+    def _left_images(self, frames: Any, depth: Any) -> LeftImages:
+        infrared = frames.get_infrared_frame(LEFT)
+        fresh = infrared and _apart(depth, infrared) < _SAME
+        return LeftImages(self._metres(depth), np.array(infrared.get_data()) if fresh else None)
+
+    def _metres(self, depth: Any) -> np.ndarray:
+        image: np.ndarray = np.array(depth.get_data(), dtype=np.float32)
+        return image * np.float32(self._depth_unit)
 
     def close(self) -> None:
         self._pipeline.stop()
@@ -239,7 +271,12 @@ def _intrinsics(rs: ModuleType, profile: Any, source: str) -> CameraIntrinsics:
             f"{source}: the colour image has lens distortion {list(color.coeffs)}, which this "
             "program does not undo; use a D435, whose images have none"
         )
-    return CameraIntrinsics(color.width, color.height, color.fx, color.fy, color.ppx, color.ppy)
+    return pinhole(color)
+
+
+def _apart(one: Any, other: Any) -> float:
+    """How far the stamps of two frames lie apart [s]."""
+    return float(abs(one.get_timestamp() - other.get_timestamp())) / 1000
 
 
 def _info(device: Any, kind: Any) -> str:

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from hardware.camera.camera import CameraError, open_camera
+from hardware.camera.camera import Camera, CameraError, open_camera
 from hardware.camera.realsense import find_devices
 from hardware.camera.wrist import load_wrist
 from hardware.servo.bus import Bus, BusError, NoAnswerError, ServoError
@@ -287,12 +287,29 @@ def check_camera(source: str) -> Finding:
         with open_camera(source) as camera:
             camera.read()
             start = time.monotonic()
-            seen = sum(camera.read() is not None for _ in range(_IMAGES))
+            seen, with_infrared = _count_images(camera)
             rate = seen / (time.monotonic() - start)
+            stereo = camera.left is not None
     except (CameraError, RecordingError) as error:
         finding.problems.append(str(error))
         return finding
     finding.facts.append(f"{rate:.0f} images a second")
+    finding.facts.append(
+        f"infrared images beside {with_infrared} of {seen}: the tracker depth-hand finds the object's outline there"
+        if stereo
+        else "no infrared images: the tracker goes by depth aligned to colour"
+    )
     if rate < _IMAGE_RATE:
         finding.problems.append(f"only {rate:.0f} images a second: is it on a USB 3 port?")
     return finding
+
+
+def _count_images(camera: Camera) -> tuple[int, int]:
+    """How many of the next images come, and how many of them with an infrared image."""
+    seen = with_infrared = 0
+    for _ in range(_IMAGES):
+        frame = camera.read()
+        seen += frame is not None
+        left = None if frame is None else frame.left
+        with_infrared += left is not None and left.infrared is not None
+    return seen, with_infrared

@@ -12,7 +12,7 @@ from .plan import Plan
 
 
 def open_recording(
-    plan: Plan, camera: str, started: str, hold: float, emulated: bool
+    plan: Plan, camera: str, started: str, hold: float, emulated: bool, infrared: bool
 ) -> RecordingWriter | None:
     """The file of a run, or None where it is not recorded.
 
@@ -22,6 +22,7 @@ def open_recording(
         started: When it began, in the form of ISO 8601.
         hold: How long fusion waits for late vision [s]; a replay waits as long.
         emulated: Whether hand and scene are simulated.
+        infrared: Whether the tracker is given infrared images, which are not recorded.
     """
     if plan.record is None:
         return None
@@ -33,6 +34,7 @@ def open_recording(
         "started": started,
         "config": json.dumps(plan.config.model_dump(mode="json"), sort_keys=True),
         "emulated": "yes" if emulated else "no",
+        **({"infrared": "yes"} if infrared else {}),
         names.CAMERA: camera,
         names.VISUAL_COVARIANCE: "tracker",
         names.VISION_HOLD: repr(hold),

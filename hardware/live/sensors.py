@@ -12,6 +12,7 @@ import gtsam
 import numpy as np
 
 from hardware.camera.camera import Camera, CameraError, CameraFrame
+from hardware.camera.imager import LeftImager
 from hardware.device import PadDevice, PadState
 from vtgtsam import Calibration
 from vtgtsam.live.clock import RunClock
@@ -96,7 +97,7 @@ class Pads:
 class Vision:
     """Tracks the object in the camera's images.
 
-    The camera's frame is the world. A tracker that knows the hand gets the joints of the image's
+    The colour camera's frame is the world. A tracker that knows the hand gets the joints of the image's
     instant, not the newest. Looking for an object that is covered takes longer than an image may, so it
     is done in every other image, and the estimator goes on from touch at the full rate.
 
@@ -109,11 +110,13 @@ class Vision:
         images: Whether images are recorded.
         calibration: What the robot's joints and camera are corrected with now.
         hint: Where the tracker is to look, too, by whether it saw the object last; None where it needs no telling.
+        imager: The camera's left imager where the tracker is given its images; None: those of the colour camera.
 
     Attributes:
         images: Images looked at.
         image_ns: Instant of the last one [ns]; None before the first.
         lost: Images in which the object was not found, or not looked for.
+        without_infrared: Images of the left imager without the infrared one of their instant.
         frame: The last images.
         trouble: Why there are no images now; empty where there are.
         silent: For how long there have been none in all [s], without the silence that lasts.
@@ -130,11 +133,13 @@ class Vision:
         images: bool,
         calibration: Callable[[], Calibration | None] = lambda: None,
         hint: Callable[[bool], gtsam.Pose3 | None] = lambda seen: None,
+        imager: LeftImager | None = None,
     ) -> None:
         self._camera = camera
         self._hint = hint
         self._calibration = calibration
         self._tracker = tracker
+        self._imager = imager
         self._T_wh = T_wh
         self._inputs = inputs
         self._clock = clock
@@ -142,6 +147,7 @@ class Vision:
         self.images = 0
         self.image_ns: int | None = None
         self.lost = 0
+        self.without_infrared = 0
         self.trouble = ""
         self.silent = 0.0
         self.odd_stamps = 0
@@ -181,6 +187,11 @@ class Vision:
             why = f": {self.trouble}" if self.trouble else ""
             lines.append(
                 f"no images for {silent:.1f} s, where touch and the hand's shape went on alone{why}"
+            )
+        if self.without_infrared:
+            lines.append(
+                f"{self.without_infrared} images came without the infrared image of their instant: the object's "
+                "outline was not looked for in them; is the camera on a USB 3 port of its own?"
             )
         if self.odd_stamps:
             lines.append(
@@ -232,9 +243,19 @@ class Vision:
         hint = self._hint(self._seen)
         if hint is not None:
             self._tracker.search_at(hint)
-        tracked = self._tracker.update(frame.depth, gtsam.Pose3(), joints, T_wh)
+        depth, T_wc, infrared = self._shown(frame)
+        beside = {} if infrared is None else {"infrared": infrared}
+        tracked = self._tracker.update(depth, T_wc, joints, T_wh, **beside)
         self._seen = tracked.T_wo is not None
         return tracked
+
+    def _shown(self, frame: CameraFrame) -> tuple[np.ndarray, gtsam.Pose3, np.ndarray | None]:
+        """What the tracker is shown: depth [m], the pose of what measured it, its infrared image."""
+        if self._imager is None:
+            return frame.depth, gtsam.Pose3(), None
+        assert frame.left is not None  # each frame of a camera with a left imager has them
+        self.without_infrared += frame.left.infrared is None
+        return frame.left.depth, self._imager.T_cd, frame.left.infrared
 
     def _record_images(self, instant_ns: int, frame: CameraFrame) -> None:
         recorder = self._inputs.recorder

@@ -21,6 +21,7 @@ import gtsam
 
 from hardware.camera.camera import Camera
 from hardware.camera.hand_view import check_hand_view
+from hardware.camera.imager import LeftImager
 from hardware.device import HandDevice, PadDevice
 from vtgtsam import Calibration, PoseEstimator
 from vtgtsam.calibration.online import OnlineCalibration
@@ -33,7 +34,7 @@ from vtgtsam.live.inputs import Inputs
 from vtgtsam.live.recorder import Recorder
 from vtgtsam.live.threads import Workers
 from vtgtsam.live.view import LiveView, Setup
-from vtgtsam.vision.depth_tracker import DepthTracker, make_tracker
+from vtgtsam.vision.depth_tracker import DepthTracker
 from vtgtsam.vision.first_pose import Candidate
 from vtgtsam.vision.hand_back import BACK, pose_to_search_at
 
@@ -48,6 +49,7 @@ from .plan import Plan
 from .recording import open_recording
 from .sensors import Pads, Vision
 from .status import Status
+from .tracking import run_tracker
 from .warm_up import warm_up
 
 HOLD = 2.0  # [s], the closed hand is watched for so long before an emulated run ends
@@ -108,13 +110,13 @@ class _Session:
                 )
                 self._view = stack.enter_context(LiveView(plan.view, setup))
             self._know_camera(camera.name, stack)
-            form = plan.tracker.removesuffix(BACK)
-            tracker = make_tracker(form, plan.obj, camera.intrinsics, plan.hand)
-            warm_up(plan.hand, plan.obj, tracker, self._estimator, self._devices.T_ch)
+            tracker, imager = run_tracker(plan, camera)
+            infrared = imager is not None
+            warm_up(plan.hand, plan.obj, tracker, self._estimator, self._devices.T_ch, infrared)
             pads = stack.enter_context(self._devices.open_pads())
             self._clock = RunClock()
             hold, emulated = vision_hold(self._estimator), self._devices.lost is not None
-            writer = open_recording(plan, camera.name, self._started, hold, emulated)
+            writer = open_recording(plan, camera.name, self._started, hold, emulated, infrared)
             self._recorder = stack.enter_context(Recorder(writer))
             self._inputs = self._make_inputs()
             workers = stack.enter_context(Workers())
@@ -128,7 +130,7 @@ class _Session:
             self._compare_with_image(camera, fingers)
             self._start_pads(pads, workers)
             tracker.start(self._first_pose(camera, fingers, workers))
-            vision = self._start_vision(camera, tracker, workers)
+            vision = self._start_vision(camera, tracker, imager, workers)
             fusion = self._start_fusion(workers)
             status = Status(self._inputs, fusion, fingers, vision, self._clock)
             if self._view is not None:
@@ -249,7 +251,9 @@ class _Session:
         )
         return found.T_co
 
-    def _start_vision(self, camera: Camera, tracker: DepthTracker, workers: Workers) -> Vision:
+    def _start_vision(
+        self, camera: Camera, tracker: DepthTracker, imager: LeftImager | None, workers: Workers
+    ) -> Vision:
         vision = Vision(
             camera,
             tracker,
@@ -259,6 +263,7 @@ class _Session:
             self._plan.images,
             lambda: self._estimator.calibration,
             self._hint,
+            imager,
         )
         workers.start("vision", vision.run)
         return vision

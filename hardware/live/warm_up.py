@@ -17,6 +17,7 @@ def warm_up(
     tracker: DepthTracker,
     estimator: Estimator,
     T_ch: gtsam.Pose3,
+    infrared: bool = False,
 ) -> None:
     """Use tracker and estimator once, and reset the estimator; takes seconds where they were never compiled.
 
@@ -26,13 +27,15 @@ def warm_up(
         tracker: Sees a wall, where the object is and where it is lost.
         estimator: Fuses that with a touch of every pad.
         T_ch: The hand's pose in the camera frame.
+        infrared: Whether the tracker is given infrared images.
     """
     T_co = gtsam.Pose3(gtsam.Rot3(), np.array([0.0, 0.0, 0.6]) - obj.center)
     joints = np.zeros(len(hand.joint_names))
     tracker.start(T_co)
     wall = np.full((tracker.camera.height, tracker.camera.width), 0.6)
+    gray = np.full(wall.shape, 60, dtype=np.uint8) if infrared else None
     for _ in range(2):  # the second looks for the object
-        tracker.update(wall, gtsam.Pose3(), joints, T_ch)
+        tracker.update(wall, gtsam.Pose3(), joints, T_ch, gray)
     contacts = np.ones(len(hand), dtype=bool)
     estimator.update(Measurement(0.0, contacts, joints, T_co, T_ch))
     estimator.reset()
