@@ -69,6 +69,6 @@ def _unusable(rs: ModuleType, infrared: Any, depth: Any) -> str:
         (width, height), (across, down) = sizes
         return f"has {width} x {height} pixels, the depth {across} x {down}"
     numbers = [(i.fx, i.fy, i.ppx, i.ppy) for i in (seen, measured)]
-    if np.abs(np.subtract(*numbers)).max() > _SAME:
+    if np.abs(np.subtract(numbers[0], numbers[1])).max() > _SAME:
         return f"has other intrinsics than the depth: fx, fy, cx, cy {numbers[0]} and {numbers[1]}"
     return ""

@@ -112,7 +112,8 @@ def test_the_first_day_leads_to_a_first_pose(tmp_path, monkeypatch, capsys):
 
 def test_what_troubleshooting_quotes_is_said_somewhere():
     root = HOW_TO.parents[1]
-    sources = [*(root / "vtgtsam").rglob("*.py"), *(root / "sim").rglob("*.py")]
+    folders = ("vtgtsam", "sim", "hardware")
+    sources = [path for folder in folders for path in (root / folder).rglob("*.py")]
     said = " ".join(path.read_text(encoding="utf-8") for path in sources)
     said = re.sub(r'"\s*\n\s*f?"', "", said)  # strings over several lines
     said += "vtgtsam: command not found"

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 from hardware.camera.camera import Camera, CameraError, CameraFrame
+from hardware.camera.imager import LeftImager, LeftImages
 from hardware.device import PadDevice, PadState
 from hardware.emulate.servo import OVERLOAD
 from hardware.emulate.servos import ServoLineEmulator
@@ -31,6 +32,7 @@ from vtgtsam.camera import CameraIntrinsics
 from vtgtsam.exceptions import LiveError, VtgtsamError
 from vtgtsam.live.replay import replay
 from vtgtsam.offsets import CalibrationPrior
+from vtgtsam.recording.camera import camera_intrinsics, depth_images
 from vtgtsam.vision.alignment import Evidence, Shape
 from vtgtsam.vision.hand_mask import HandMask
 from vtgtsam.vision.view import View
@@ -51,6 +53,13 @@ def can():
     return load_object("can")
 
 
+def rendered_can(can, camera, T_ch):
+    """Depth of the can alone [m], inf beside it."""
+    nothing = np.zeros((camera.height, camera.width))
+    view = View(nothing, nothing > 0, camera, sigma=0.001)
+    return Evidence(Shape(can.sdf), view, T_ch * T_HO).predicted
+
+
 class Scene(Camera):
     """Renders the hand at its servos' angles, and the can, 20 times a second.
 
@@ -64,25 +73,48 @@ class Scene(Camera):
         self.name, self.intrinsics = "scene", CAMERA
         self.silent, self.blind, self.late = False, False, 0.0
         self._line, self._mask = line, HandMask(HAND)
-        nothing = np.zeros((CAMERA.height, CAMERA.width))
-        view = View(nothing, nothing > 0, CAMERA, sigma=0.001)
-        self._can = Evidence(Shape(can.sdf), view, T_CH * T_HO).predicted
+        self._can = rendered_can(can, CAMERA, T_CH)
 
     def read(self):
         time.sleep(0.05)
         if self.silent:
             raise CameraError("scene: no image for 2 s; is it still plugged in?")
+        hand = self.hand_depth(CAMERA, T_CH)
+        depth = np.minimum(hand, np.inf if self.blind else self._can)
+        depth = np.where(np.isfinite(depth), depth, 1.2).astype(np.float32)
+        return CameraFrame(time.monotonic() - self.late, depth, None)
+
+    def hand_depth(self, camera, T_ch):
+        """Depth of the hand alone [m], inf beside it."""
         angles = {
             j.name: j.angle(self._line.servos[j.id].get("present_position"))
             for j in DESCRIPTION.joints
         }
-        depth = self._mask.depth(CAMERA, T_CH.inverse(), angles)
-        depth = np.minimum(depth, np.inf if self.blind else self._can)
-        depth = np.where(np.isfinite(depth), depth, 1.2).astype(np.float32)
-        return CameraFrame(time.monotonic() - self.late, depth, None)
+        return self._mask.depth(camera, T_ch.inverse(), angles)
 
     def close(self):
         pass
+
+
+class StereoScene(Scene):
+    """The same with a left imager that looks from beside; its infrared image has a bright can."""
+
+    def __init__(self, line, can):
+        super().__init__(line, can)
+        intrinsics = CameraIntrinsics(150, 130, 140.0, 140.0, 74.5, 64.5)
+        T_cd = gtsam.Pose3(gtsam.Rot3.RzRyRx(0.02, 0.04, -0.03), np.array([-0.015, 0.0, 0.0]))
+        self.left = LeftImager(intrinsics, T_cd)
+        self._T_dh = T_cd.inverse() * T_CH
+        self._left_can = rendered_can(can, intrinsics, self._T_dh)
+
+    def read(self):
+        frame = super().read()
+        hand = self.hand_depth(self.left.intrinsics, self._T_dh)
+        depth = np.minimum(hand, self._left_can)
+        infrared = np.full(depth.shape, 25, dtype=np.uint8)
+        infrared[np.isfinite(hand)], infrared[self._left_can < hand] = 60, 120
+        depth = np.where(np.isfinite(depth), depth, 1.2).astype(np.float32)
+        return dataclasses.replace(frame, left=LeftImages(depth, infrared))
 
 
 @dataclass
@@ -191,13 +223,32 @@ def test_a_camera_that_falls_silent_leaves_touch_and_says_so(bench):
     assert any("note: no images" in line for line in status.summary())
 
 
+def test_a_run_with_a_left_imager_tracks_in_its_images_and_records_the_aligned_ones(
+    line, can, tmp_path
+):
+    bench, path = Bench(line, can), tmp_path / "run.mcap"
+    bench.camera = StereoScene(line, can)
+    status = bench.run(record=path)
+    assert bench.all_off()
+    assert status.remarks == [] and status._vision.lost < status._vision.images / 2
+    T_co = status._fusion.last.T_wo
+    assert np.linalg.norm(T_co.translation() - (T_CH * T_HO).translation()) < 0.002
+    recording = read_recording(path)
+    assert recording.info["infrared"] == "yes"
+    for estimate in replay(recording):
+        assert recording.estimates.at([estimate.time])[0].equals(estimate.T_wo, 1e-9)
+    depths = [image for _, image in depth_images(path)]
+    assert depths and all(image.shape == (CAMERA.height, CAMERA.width) for image in depths)
+    assert camera_intrinsics(path) == CAMERA
+
+
 @pytest.mark.slow  # a whole run
 def test_a_run_without_a_first_visual_pose_is_an_error_with_a_reason(bench):
     bench.camera.blind = True
     with pytest.raises(
         LiveError, match=r"no estimate: the tracker never saw the object, in none of \d+ images"
     ):
-        bench.run()
+        bench.run(tracker="depth")  # one that knows the hand carries the first pose with it
     assert bench.all_off()
 
 
