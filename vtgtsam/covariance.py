@@ -11,7 +11,7 @@ LEVER = 0.1  # [m], a radian is weighed as this many metres: the size of an obje
 _SCALE = np.array([1 / LEVER] * 3 + [1.0] * 3)
 _SCALES = np.outer(_SCALE, _SCALE)
 _EYE = np.eye(6)
-_ROUNDING = 1e-9  # an eigenvalue this far below the largest is rounding
+ROUNDING = 1e-9  # an eigenvalue this far below the largest is rounding
 _QUANTILE_95 = 7.815  # of chi squared with 3 degrees of freedom
 _NOTHING = 1e-12  # [1/m^2], less is no information: a standard deviation of 1000 km
 
@@ -48,7 +48,7 @@ def _well_known(information: np.ndarray) -> np.ndarray | None:
     _, inverse, failed = dposv(information, _EYE)
     if failed:  # not positive definite
         return None
-    least = max(2 * _ROUNDING * _norm(information), _NOTHING)
+    least = max(2 * ROUNDING * _norm(information), _NOTHING)
     return inverse if least * _norm(inverse) < 1.0 else None
 
 
@@ -60,13 +60,13 @@ def _norm(matrix: np.ndarray) -> float:
 def _pseudo_inverse(information: np.ndarray) -> np.ndarray:
     """The inverse along the eigenvectors whose eigenvalues are no rounding, infinite along the others."""
     eigenvalues, vectors = np.linalg.eigh(information)
-    known = eigenvalues > max(_ROUNDING * eigenvalues[-1], _NOTHING)
+    known = eigenvalues > max(ROUNDING * eigenvalues[-1], _NOTHING)
     seen = vectors[:, known]
     covariance = seen / eigenvalues[known] @ seen.T
     if not known.all():
         blind = vectors[:, ~known] @ vectors[:, ~known].T
         size = np.sqrt(np.outer(blind.diagonal(), blind.diagonal()))
-        free = np.abs(blind) > _ROUNDING * np.maximum(size, 1.0)
+        free = np.abs(blind) > ROUNDING * np.maximum(size, 1.0)
         covariance[free] = np.copysign(np.inf, blind[free])
     return covariance  # type: ignore[no-any-return]
 
@@ -77,7 +77,7 @@ def known_inverse(information: np.ndarray) -> np.ndarray:
     inverse = _well_known(scaled)
     if inverse is None:
         eigenvalues, vectors = np.linalg.eigh(scaled)
-        known = eigenvalues > max(_ROUNDING * eigenvalues[-1], _NOTHING)
+        known = eigenvalues > max(ROUNDING * eigenvalues[-1], _NOTHING)
         inverse = vectors[:, known] / eigenvalues[known] @ vectors[:, known].T
     found: np.ndarray = inverse * _SCALES
     return found

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import gtsam
 import numpy as np
 
+from .covariance import ROUNDING
 from .frame import Frame
 from .knowledge import FrameInformation
 from .memory import Belief
@@ -23,7 +24,6 @@ if TYPE_CHECKING:
     from .calibration.change import Change
 
 KEPT = 0.5  # [s]
-_ROUNDING = 1e-9  # an eigenvalue this far below the largest is rounding
 SAME = 1e-3  # [s], instants that are closer are the same frame's
 
 
@@ -41,7 +41,7 @@ class LinearizedHand(NamedTuple):
     def factor(self, key: int) -> gtsam.LinearContainerFactor:
         """They as one factor on the object's pose ``key``; nothing along what they do not measure."""
         eigenvalues, vectors = np.linalg.eigh(self.says.information)
-        known = eigenvalues > _ROUNDING * eigenvalues[-1]
+        known = eigenvalues > ROUNDING * eigenvalues[-1]
         root, along = np.sqrt(eigenvalues[known]), vectors[:, known].T
         R, b = root[:, None] * along, -(along @ self.says.gradient) / root
         there = gtsam.Values()

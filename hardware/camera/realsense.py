@@ -8,6 +8,7 @@ where it is used: it is an extra, and needs libusb from the system.
 
 from __future__ import annotations
 
+import importlib
 import logging
 import time
 from collections.abc import Callable
@@ -240,13 +241,12 @@ class _Stream:
 
 def _library() -> ModuleType:
     try:
-        import pyrealsense2
+        return importlib.import_module("pyrealsense2")
     except ImportError as error:  # also where its wheel is there but libusb is not
         raise CameraError(
             f"cannot load the RealSense library ({error}); type: pip install pyrealsense2, and on "
             "Debian or Ubuntu: sudo apt-get install libusb-1.0-0"
         ) from error
-    return pyrealsense2
 
 
 def _choose(devices: list[RealSenseDevice], serial: str | None) -> RealSenseDevice:

@@ -142,7 +142,7 @@ def without_outliers(poses: Sequence[gtsam.Pose3]) -> np.ndarray:
     )
     medoid = int(np.argmin(both.sum(axis=1)))
     near_in_rotation = _near(rotation[medoid], np.deg2rad(0.02))
-    return near_in_rotation & _near(translation[medoid], 2e-5)
+    return np.asarray(near_in_rotation & _near(translation[medoid], 2e-5))
 
 
 def _distances(poses: Sequence[gtsam.Pose3]) -> tuple[np.ndarray, np.ndarray]:
@@ -159,7 +159,7 @@ def _near(distances: np.ndarray, floor: float) -> np.ndarray:
     """Which distances are not outliers; floor is what never makes one, for images without noise."""
     median = np.median(distances)
     deviation = 1.4826 * np.median(np.abs(distances - median))
-    return distances <= median + np.maximum(3.0 * deviation, floor)
+    return np.asarray(distances <= median + np.maximum(3.0 * deviation, floor))
 
 
 def _averaged(poses: Sequence[gtsam.Pose3], images: int, tag_id: int) -> TagPose:

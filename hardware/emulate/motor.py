@@ -6,6 +6,7 @@ Everything is in the servos' own units: ticks (4096 a turn), ticks/s, mA.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Protocol
@@ -81,8 +82,8 @@ class FreeMotors:
         error = drive.goal - position
         step = error * min(dt / _TIME_CONSTANT, 1.0)
         step = min(max(step, -drive.speed * dt), drive.speed * dt)
-        wall = self.obstacles.get(servo_id)
-        blocked = wall is not None and step > 0 and position + step > wall >= position
+        wall = self.obstacles.get(servo_id, math.inf)
+        blocked = step > 0 and position + step > wall >= position
         if blocked:
             step = wall - position
         wanted = error * drive.p_gain / _P_PER_MA if blocked else step / dt / _SPEED_PER_MA

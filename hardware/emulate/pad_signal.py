@@ -113,7 +113,8 @@ class PadSignal:
         self._drift += self._rng.normal(0.0, DRIFT * np.sqrt(dt), count)
         noise = pad.noise * self._rng.standard_normal(count)
         ratio = 1.0 - fall - self._creep + pad.shear * np.abs(shear)
-        return pad.rest_ohm * np.maximum(ratio + self._overshoot + self._drift + noise, 0.02)
+        ratio = ratio + self._overshoot + self._drift + noise
+        return np.asarray(pad.rest_ohm * np.maximum(ratio, 0.02))
 
 
 def in_parallel(resistances: np.ndarray, input_of: np.ndarray, inputs: int) -> np.ndarray:

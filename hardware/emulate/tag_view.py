@@ -56,7 +56,7 @@ def render_tag(
     fine = _grey_at(*np.meshgrid(u, v), T_ct, intrinsics, size)
     blocks = fine.reshape(rows.stop - rows.start, _SAMPLES, columns.stop - columns.start, _SAMPLES)
     image[rows, columns] = blocks.mean(axis=(1, 3))
-    return gaussian_filter(image, blur)
+    return np.asarray(gaussian_filter(image, blur))
 
 
 def _window(T_ct: gtsam.Pose3, intrinsics: CameraIntrinsics, size: float) -> tuple[slice, slice]:

@@ -85,8 +85,8 @@ class Fingers:
         self._limits = np.array([limits.get(n, (-np.pi, np.pi)) for n in hand.joint_names])
         self._driven = np.array([name in limits for name in hand.joint_names])
         self._controller = GraspController(grasp, hand.joint_names, self._limits)
-        self._start = np.clip(self._controller.command, *self._limits.T)
-        self._trial = self._start + TRIED * self._directions(grasp)
+        self._start: np.ndarray = np.clip(self._controller.command, *self._limits.T)
+        self._trial: np.ndarray = self._start + TRIED * self._directions(grasp)
         self._tried = False
         self._least = self._most = np.zeros(0)
         self._began_ns = 0

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 # Shows a request and waits until a person has done it, calling the function it is given at least every 0.1 s.
-Ask = Callable[[str, Callable[[], None]], None]
+Ask = Callable[[str, Callable[[], None]], object]
 
 
 @dataclass(frozen=True, eq=False)

@@ -34,9 +34,10 @@ from dynamixel_sdk.robotis_def import (
     INST_WRITE,
 )
 
+from hardware.serial_errors import PORT_ERRORS
 from vtgtsam.exceptions import VtgtsamError
 
-from .port import PORT_ERRORS, Port, why_not_open
+from .port import Port, why_not_open
 from .replies import Reply, Traffic, in_order, parse
 from .table import ALERT, STATUS_ERRORS, Block, decode, encode, register
 

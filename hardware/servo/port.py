@@ -16,7 +16,6 @@ from __future__ import annotations
 import contextlib
 import errno
 import logging
-import termios
 import time
 from pathlib import Path
 from typing import Any
@@ -24,10 +23,9 @@ from typing import Any
 import serial
 from dynamixel_sdk import PortHandler
 
-log = logging.getLogger(__name__)
+from hardware.serial_errors import PORT_ERRORS
 
-# What an unplugged adapter raises; termios.error is no OSError.
-PORT_ERRORS = (OSError, termios.error)
+log = logging.getLogger(__name__)
 
 QUIET = 0.010  # [s], a line this long without a byte has nothing more to say
 _POLL = 0.002  # [s], longest time a read blocks before the deadline is looked at

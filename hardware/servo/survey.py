@@ -318,7 +318,8 @@ def with_zeros(text: str, joints: Mapping[str, Joint]) -> str:
     spans: list[tuple[int, int, str]] = []
     found = set()
     root = yaml.compose(text)
-    entries = next((value for key, value in root.value if key.value == "joints"), None)
+    top = () if root is None else root.value
+    entries = next((value for key, value in top if key.value == "joints"), None)
     for entry in entries.value if entries is not None else ():
         fields = {key.value: value for key, value in entry.value}
         joint = joints.get(str(fields["name"].value))

@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 
 from hardware.device_clock import DeviceClock
+from hardware.serial_errors import PORT_ERRORS
 from vtgtsam.exceptions import VtgtsamError
 
 from .frame import READINGS, Frame, FrameReader, FrameVersionError
@@ -32,6 +33,10 @@ _POLL = 0.05  # [s], the longest wait of the reading thread
 
 class PadBoardError(VtgtsamError):
     """The pad board cannot be opened, was unplugged, or does not send what it should."""
+
+
+_NOT_OPENED = (*PORT_ERRORS, ValueError)
+_GONE = (*PORT_ERRORS, FrameVersionError, PadBoardError)
 
 
 @dataclass(frozen=True)
@@ -189,7 +194,7 @@ class PadBoard:
             try:
                 chunk = self._serial.read(max(1, self._serial.in_waiting))
                 self._take(reader, timer, chunk)
-            except (*_port_errors(), FrameVersionError, PadBoardError) as error:
+            except _GONE as error:
                 self._fail(error)
                 return
 
@@ -222,21 +227,12 @@ class PadBoard:
             self._error = error
 
 
-def _port_errors() -> tuple[type[Exception], ...]:
-    """What pyserial raises when a device is gone; termios.error is not an OSError."""
-    import termios
-
-    import serial
-
-    return OSError, termios.error, serial.SerialException
-
-
 def _open(port: str, baud: int) -> Any:
     import serial
 
     try:  # opening also forgets what the system kept from before
         return serial.Serial(port, baud, timeout=_POLL, exclusive=True)
-    except (*_port_errors(), ValueError) as error:
+    except _NOT_OPENED as error:
         raise PadBoardError(
             f"cannot open the pad board on {port}: {_reason(error)}; check the port's name, that no other "
             "program reads it, and that you may (group dialout)"

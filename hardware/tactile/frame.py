@@ -58,7 +58,8 @@ def encode(frame: Frame) -> bytes:
     count = len(frame.readings)
     header = _HEADER.pack(VERSION, frame.kind, frame.sequence, frame.board_time_us, count)
     payload = header + struct.pack(f"<{count}H", *frame.readings)
-    return cobs.encode(payload + struct.pack("<H", crc16.ibm_3740(payload))) + b"\0"
+    packet: bytes = cobs.encode(payload + struct.pack("<H", crc16.ibm_3740(payload)))
+    return packet + b"\0"
 
 
 def decode(packet: bytes) -> Frame:

@@ -16,6 +16,7 @@ import logging
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import yaml
@@ -50,7 +51,7 @@ def pressure(resistance: np.ndarray, baseline: np.ndarray, drop: np.ndarray) -> 
         baseline: Resistances untouched [ohm], shape (N,).
         drop: Fall of resistance under 6 N [ohm], shape (N,).
     """
-    return np.maximum(baseline - resistance, 0.0) / drop
+    return np.asarray(np.maximum(baseline - resistance, 0.0) / drop)
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,10 +88,10 @@ def measure_baseline(
             f"resistances must have shape (T, {len(wiring.inputs)}) with T >= 10, "
             f"got {resistances.shape}"
         )
-    baseline = np.median(resistances, axis=0)  # NaN where a reading was
+    baseline: np.ndarray = np.median(resistances, axis=0)  # NaN where a reading was
     problems = [
         (index, _problem(resistances[:, index], scale, index))
-        for index in np.flatnonzero(wiring.enabled)
+        for index in np.flatnonzero(wiring.enabled).tolist()
     ]
     found = [f"{wiring.label(index)}: {problem}" for index, problem in problems if problem]
     if found:
@@ -194,9 +195,8 @@ def load_scale(path: str | Path, wiring: PadWiring) -> PadScale:
         name = entry.pads[0]
         if name in pads:
             values[index] = _entry(pads[name], f"{path}, {name}")
-    missing = [
-        wiring.label(index) for index in np.flatnonzero(wiring.enabled & np.isnan(values[:, 1]))
-    ]
+    lacking = np.flatnonzero(wiring.enabled & np.isnan(values[:, 1]))
+    missing = [wiring.label(index) for index in lacking.tolist()]
     if missing:
         raise ConfigError(
             f"{path} lacks {', '.join(missing)}: {_ADVICE}, or list them under 'disabled' in the "
@@ -205,7 +205,7 @@ def load_scale(path: str | Path, wiring: PadWiring) -> PadScale:
     return PadScale(baseline=values[:, 0], drop=values[:, 1])
 
 
-def _entry(entry: object, where: str) -> tuple[float, float]:
+def _entry(entry: Any, where: str) -> tuple[float, float]:
     try:
         baseline, drop = float(entry["baseline_ohm"]), float(entry["drop_ohm"])
     except (TypeError, KeyError, ValueError) as error:

@@ -10,6 +10,7 @@ from sim.placement import above_palm
 from sim.scene import CAMERA, HAND, OBJECT, WRIST, build, pad_geom, rounded_box
 from sim.world import World
 from vtgtsam import ObjectModel, build_sdf, load_hand, load_object
+from vtgtsam.exceptions import MeshError
 
 
 @pytest.fixture(scope="module")
@@ -147,3 +148,10 @@ def test_a_hands_own_options_give_no_warning(tmp_path, recwarn, capfd):
     model = build(load_description("isyhand"), load_hand(path), load_object("can"))
     assert not recwarn.list and "conflict" not in capfd.readouterr().out
     assert model.opt.impratio == 1
+
+
+def test_an_object_that_is_known_by_its_field_alone_is_refused_in_one_sentence():
+    description = load_description("isyhand")
+    alone = ObjectModel("cube", load_object("cube").sdf)
+    with pytest.raises(MeshError, match="'cube' has a field alone, and this needs its mesh"):
+        World(description, description.load_hand(), alone)

@@ -9,7 +9,8 @@ import pytest
 from dynamixel_sdk import COMM_RX_CORRUPT, COMM_RX_TIMEOUT, COMM_SUCCESS, PacketHandler
 
 from hardware.emulate.packets import status
-from hardware.servo.port import PORT_ERRORS, Port, latency_timer
+from hardware.serial_errors import PORT_ERRORS
+from hardware.servo.port import Port, latency_timer
 
 
 @pytest.fixture

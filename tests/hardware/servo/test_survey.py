@@ -215,3 +215,5 @@ def test_the_hands_file_is_changed_in_these_numbers_alone(description, tmp_path)
     assert yaml.safe_load(with_zeros(block, {joint.name: joint}))["joints"][4]["zero"] == 77
     with pytest.raises(ValueError, match="no entries of joints nobody"):
         with_zeros(TEXT, {"nobody": joint.model_copy(update={"name": "nobody"})})
+    with pytest.raises(ValueError, match="no entries of joints"):
+        with_zeros("# nothing yet\n", {joint.name: joint})
