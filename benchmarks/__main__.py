@@ -9,6 +9,7 @@ os.environ.setdefault(
     "OMP_NUM_THREADS", "1"
 )  # before NumPy is loaded: everything here is one thread
 
+from vtgtsam.commands.edge import edge
 from vtgtsam.commands.group import command_line
 
 from .commands import judging, timing
@@ -47,5 +48,11 @@ def benchmarks() -> None:
     """How fast and how exact the estimator is. Each command writes into benchmarks/results/."""
 
 
+def main() -> None:
+    """Run the command line of this process."""
+    with edge("benchmarks"):
+        app()
+
+
 if __name__ == "__main__":
-    app(prog_name="python -m benchmarks")
+    main()

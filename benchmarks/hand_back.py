@@ -17,6 +17,7 @@ from joblib import Parallel, delayed
 
 from vtgtsam import EstimatorConfig
 from vtgtsam.evaluation.phases import AFTER, BEFORE
+from vtgtsam.exceptions import RecordingError
 from vtgtsam.vision.hand_back import BACK
 
 from .replay import MEMORY, VIS, Replay, below, errors_mm, estimator, load
@@ -47,7 +48,7 @@ def run(folders: Sequence[Path], jobs: int) -> None:
         jobs: Processes to use.
 
     Raises:
-        ValueError: Something was recorded with one of them only.
+        RecordingError: Something was recorded with one of them only.
     """
     replays = Parallel(jobs)(delayed(judged)(path) for path in below(folders))
     pairs = paired(replays)
@@ -91,13 +92,13 @@ def paired(
     """Each grasp by the tracker alone, and by the one that is handed poses.
 
     Raises:
-        ValueError: One of the two is missing.
+        RecordingError: One of the two is missing.
     """
     alone = {name: phases for name, tracker, phases in replays if not tracker.endswith(BACK)}
     told = {name: phases for name, tracker, phases in replays if tracker.endswith(BACK)}
     if not alone or alone.keys() != told.keys():
         odd = sorted(alone.keys() ^ told.keys())
-        raise ValueError(
+        raise RecordingError(
             f"expected each grasp with a tracker and with the same one named {BACK!r}, got "
             + (f"only one of the two for {', '.join(odd)}" if odd else "no recording")
         )

@@ -18,6 +18,7 @@ from joblib import Parallel, delayed
 
 from vtgtsam import Estimate, EstimatorConfig, Measurement
 from vtgtsam.evaluation.phases import AFTER, BEFORE
+from vtgtsam.exceptions import RecordingError
 
 from .replay import MEMORY, VIS, Replay, below, consistency, errors_mm, estimator, load
 from .replay import run as replayed
@@ -89,11 +90,11 @@ def carried(frames: Sequence[Measurement]) -> list[Measurement]:
     """The frames with the first visual pose in each, carried along by the hand.
 
     Raises:
-        ValueError: The first frame has none.
+        RecordingError: The first frame has none.
     """
     first = frames[0].T_wo_visual
     if first is None:
-        raise ValueError("the first frame must have a visual pose")
+        raise RecordingError("the first frame must have a visual pose")
     T_wh = [frame.T_wh or gtsam.Pose3() for frame in frames]
     T_ho = T_wh[0].between(first)
     return [

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, get_args
 
 import typer
 
@@ -65,8 +65,13 @@ def soak(
     solver: Annotated[str, typer.Option(help="lm or fixed-damping.")] = "lm",
 ) -> None:
     """Run long, and watch memory and time."""
+    from vtgtsam.config import Solver
+
     from ..soak import run
 
+    if solver not in get_args(Solver):
+        expected = " or ".join(get_args(Solver))
+        raise typer.BadParameter(f"expected {expected}, got {solver}", param_hint="--solver")
     run(frames, solver)
 
 

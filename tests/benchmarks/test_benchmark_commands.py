@@ -3,6 +3,9 @@
 
 import json
 import os
+import subprocess
+import sys
+from pathlib import Path
 
 import pytest
 from held_box import write_grasp
@@ -20,6 +23,8 @@ from benchmarks import (
     speed,
 )
 from benchmarks.__main__ import app
+
+ROOT = Path(__file__).parents[2]
 
 
 @pytest.fixture
@@ -119,6 +124,25 @@ def test_evaluation_names_the_parts_the_speed_up_and_the_slope(results, monkeypa
     assert all(row["speed-up, whole call"] == 1 for row in data["batches"])
     assert all(data["parts"][0][part] > 0 for part in evaluation.PARTS)
     assert (results / "evaluation_parts.png").exists()
+
+
+def test_an_expected_error_is_one_line_and_exit_code_1(tmp_path):
+    (tmp_path / "no_recording.mcap").write_bytes(b"nothing")
+    done = subprocess.run(
+        [sys.executable, "-m", "benchmarks", "consistency", str(tmp_path)],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 1
+    assert done.stderr.startswith("benchmarks: ") and "no_recording.mcap" in done.stderr
+    assert done.stderr.count("\n") == 1
+
+
+def test_a_solver_that_there_is_not_is_wrong_usage(results):
+    result = CliRunner().invoke(app, ["soak", "--solver", "newton"])
+    assert result.exit_code == 2
+    assert "expected lm or fixed-damping, got newton" in result.output
 
 
 @pytest.mark.slow

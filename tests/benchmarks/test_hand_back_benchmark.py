@@ -7,6 +7,7 @@ from held_box import write_grasp
 
 from benchmarks.hand_back import METHODS, Judged, judged, paired, rows
 from vtgtsam.evaluation.phases import AFTER, BEFORE
+from vtgtsam.exceptions import RecordingError
 
 
 def grasp(error_mm, seen=1.0):
@@ -41,7 +42,7 @@ def test_grasps_are_paired_by_name_and_judged_side_by_side():
 
 
 def test_a_grasp_of_one_tracker_only_is_named():
-    with pytest.raises(ValueError, match="only one of the two for mug"):
+    with pytest.raises(RecordingError, match="only one of the two for mug"):
         paired(
             [
                 ("mug", "depth-hand", grasp(1.0)),
@@ -49,5 +50,5 @@ def test_a_grasp_of_one_tracker_only_is_named():
                 ("can", "depth-hand+back", grasp(1.0)),
             ]
         )
-    with pytest.raises(ValueError, match="no recording"):
+    with pytest.raises(RecordingError, match="no recording"):
         paired([])
