@@ -25,6 +25,13 @@ INTERRUPTED = 130  # 128 + SIGINT, as shells count
 
 app = command_line("python -m sim")
 
+Friction = Annotated[
+    str,
+    typer.Option(
+        help="paper: MuJoCo's default, by which held objects creep; dry: they stay where they are."
+    ),
+]
+
 
 @app.callback()
 def sim() -> None:
@@ -64,6 +71,7 @@ def generate(
             help="paper: exact depth and the paper's noise; stereo: two infrared images, matched."
         ),
     ] = "paper",
+    friction: Friction = "paper",
     hand: Annotated[
         str, typer.Option(help="Grasp description: isyhand, fourfinger or a YAML file.")
     ] = "isyhand",
@@ -97,6 +105,7 @@ def generate(
     ] = None,
 ) -> None:
     """Make recordings of grasps. Interrupted, it goes on where it stopped when called again."""
+    from .constants import FRICTION
     from .datasets import generate as make
     from .events import EVENTS
     from .objects import object_names
@@ -115,6 +124,7 @@ def generate(
     if event is not None:
         _check_choice(event, EVENTS, "--event")
     _check_choice(camera, CAMERA_NAMES, "--camera")
+    _check_choice(friction, tuple(FRICTION), "--friction")
     if camera == "stereo":
         from .stereo import check_opencv
 
@@ -131,6 +141,7 @@ def generate(
         robot=robot,
         event=event,
         camera=camera,
+        friction=friction,
         registration_error=registration_error,
     )
     try:
@@ -219,17 +230,21 @@ def contacts(
     hand: Annotated[
         str, typer.Option(help="Grasp description: isyhand, fourfinger or a YAML file.")
     ] = ("isyhand"),
+    friction: Friction = "paper",
 ) -> None:
-    """How true contacts are: the convex parts against the mesh, and overlap of pads and object."""
+    """How true contacts are: convex parts against the mesh, overlap of pads and object, and how objects creep."""
+    from .constants import FRICTION
     from .contacts import table
     from .objects import object_names
     from .sampling import DATASETS
     from .sequence import Settings
 
     _check_choice(dataset, DATASETS, "--dataset")
+    _check_choice(friction, tuple(FRICTION), "--friction")
     names = object_names(objects.split(",") if objects else None, ycb)
     folder = None if ycb is None else str(ycb.resolve())
-    for line in table(Settings(dataset, seed=seed, hand=hand, ycb=folder), names):
+    settings = Settings(dataset, seed=seed, hand=hand, ycb=folder, friction=friction)
+    for line in table(settings, names):
         typer.echo(line)
 
 

@@ -15,6 +15,11 @@ STEPS_PER_FRAME = 33  # images at 1 / 0.033 s, about 30 Hz
 SOLREF = (0.004, 1.0)  # [s], [-]: 4 time steps; 2 are MuJoCo's least
 SOLIMP = (0.99, 0.999, 1e-4, 0.5, 2.0)
 
+# Friction, by how many times stiffer it is than the contact (MuJoCo's impratio). At MuJoCo's default, which the paper
+# uses, whatever is held creeps: in the median 0.2 mm a second, a ball 1.2 (``python -m sim contacts``). With 10, as
+# MuJoCo Menagerie's grippers have it, it is a quarter of that.
+FRICTION = {"paper": 1.0, "dry": 10.0}
+
 # Motors. Proportional gains from the paper ("Grasp Motion Control"); the rest is ours: enough damping
 # that no joint rings, armature about that of a 288:1 gear so that light links do not jitter.
 GAINS = (1.0, 0.7, 0.3)  # [N m/rad], proximal, middle, distal

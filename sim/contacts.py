@@ -2,7 +2,8 @@
 """How far the simulated contacts are from those of rigid bodies with the object's true surface.
 
 Two things stand between: the convex parts that MuJoCo computes contacts with are not quite the mesh, and soft
-contacts let pad and object overlap. A contact bit is as true as these are small.
+contacts let pad and object overlap. A contact bit is as true as these are small. A third is soft friction, by which
+what is held creeps.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from vtgtsam.exceptions import VtgtsamError
 from vtgtsam.objects import mesh_of
 from vtgtsam.surface import Surface
 
+from . import constants as c
 from .convex import convex_parts
 from .sequence import SequenceName, Settings, make_trajectory
 from .simulate import Trajectory
@@ -77,11 +79,22 @@ def overlaps(trajectory: Trajectory) -> np.ndarray:
     return values
 
 
+def creep(trajectory: Trajectory) -> float:
+    """How fast the object's origin moves in the hand while that is still, after the turn [m/s]."""
+    T_ho = np.linalg.inv(trajectory.T_wh) @ trajectory.T_wo
+    first = int(np.searchsorted(trajectory.time, c.TURN_END))
+    way = np.linalg.norm(T_ho[-1, :3, 3] - T_ho[first, :3, 3])
+    return float(way / (trajectory.time[-1] - trajectory.time[first]))
+
+
 def table(settings: Settings, objects: Sequence[str]) -> Iterator[str]:
     """Lines to print, one for each object's first sequence and one for all of them, as they are computed."""
-    yield f"{'':26s} {'parts against the mesh [mm]':>27s}   {'overlap in contact [mm]':>24s}"
-    yield f"{'object':20s} {'parts':>5s} {'mean':>13s} {'95 %':>13s}   {'95 %':>12s} {'deepest':>11s}"
-    everything = [np.empty(0)]
+    yield f"{'':26s} {'parts against the mesh [mm]':>27s}   {'overlap in contact [mm]':>24s}   {'creep':>6s}"
+    yield (
+        f"{'object':20s} {'parts':>5s} {'mean':>13s} {'95 %':>13s}   {'95 %':>12s} {'deepest':>11s}"
+        f"   {'[mm/s]':>6s}"
+    )
+    everything, speeds = [np.empty(0)], []
     for name in objects:
         try:
             world, trajectory = make_trajectory(settings, SequenceName(name, 0))
@@ -90,11 +103,16 @@ def table(settings: Settings, objects: Sequence[str]) -> Iterator[str]:
             continue
         gap, overlap = surface_gap(world.obj), overlaps(trajectory)
         everything.append(overlap)
+        speeds.append(creep(trajectory))
         yield (
             f"{name:20s} {gap.parts:5d} {1e3 * gap.mean:13.2f} {1e3 * gap.largest:13.2f}   "
-            f"{1e3 * np.quantile(overlap, 0.95):12.3f} {1e3 * overlap.max():11.3f}"
+            f"{1e3 * np.quantile(overlap, 0.95):12.3f} {1e3 * overlap.max():11.3f}   {1e3 * speeds[-1]:6.2f}"
         )
     overlap = np.concatenate(everything)
     if len(overlap):
         share, deepest = 1e3 * np.quantile(overlap, 0.95), 1e3 * overlap.max()
-        yield f"{'all contacts':20s} {'':5s} {'':13s} {'':13s}   {share:12.3f} {deepest:11.3f}"
+        median = 1e3 * np.median(speeds)
+        yield (
+            f"{'all, creep: median':20s} {'':5s} {'':13s} {'':13s}   {share:12.3f} {deepest:11.3f}"
+            f"   {median:6.2f}"
+        )

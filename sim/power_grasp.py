@@ -30,6 +30,7 @@ _VERSION = "2"  # raise when the search is to give other poses
 def power_grasp(world: World) -> np.ndarray | None:
     """The object's pose T_wo, shape (4, 4), at rest in the open hand; None where no grasp holds."""
     text = world.description.model_dump_json() + world.hand.xml + _VERSION
+    text += f"{world.model.opt.impratio:g}"
     key = hashlib.sha256(text.encode()).hexdigest()[:16]
     mesh = mesh_of(world.obj)
     key += "-" + sha256_of(mesh.vertices, mesh.faces)[:32]

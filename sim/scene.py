@@ -37,8 +37,16 @@ VISIBLE, CONTACT_ONLY, HIDDEN = 1, 3, 4  # groups; MuJoCo and the camera show 0-
 _OBJECT_BITS, _PAD_BIT = 0x7FFFFFFF, 1 << 30
 
 
-def build(description: GraspDescription, hand: HandModel, obj: ObjectModel) -> mujoco.MjModel:
+def build(
+    description: GraspDescription, hand: HandModel, obj: ObjectModel, friction: str = "paper"
+) -> mujoco.MjModel:
     """The scene as a compiled model; the object stands at the world's origin until it is placed.
+
+    Args:
+        description: How the hand grasps.
+        hand: The hand.
+        obj: The object.
+        friction: One of ``constants.FRICTION``.
 
     Raises:
         HandError: The description names joints that the hand does not have.
@@ -47,6 +55,7 @@ def build(description: GraspDescription, hand: HandModel, obj: ObjectModel) -> m
     scene = mujoco.MjSpec()
     scene.modelname = f"{hand.name} and {obj.name}"
     _set_physics(scene)
+    scene.option.impratio = c.FRICTION[friction]
     _light(scene)
     _add_hand(scene, description, hand)
     _add_object(scene, obj)

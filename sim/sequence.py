@@ -53,6 +53,7 @@ class Settings:
         robot: Number of the robot whose camera and joint errors all sequences have; None: each has its own.
         event: What happens to the grasp once it holds, "slip" or "drop"; None: nothing.
         camera: "paper" or "stereo".
+        friction: "paper" (held objects creep) or "dry", see ``constants.FRICTION``.
         registration_error: Whether the tracker starts 5 mm and 5 degrees beside the true pose.
     """
 
@@ -66,6 +67,7 @@ class Settings:
     robot: int | None = None
     event: str | None = None
     camera: str = "paper"
+    friction: str = "paper"
     registration_error: bool = False
 
 
@@ -198,23 +200,23 @@ def prepare(settings: Settings, object_name: str) -> None:
         VtgtsamError: The object cannot be simulated.
     """
     with threadpool_limits(1):
-        world = _world(settings.hand, object_name, settings.ycb)
+        world = _world(settings.hand, object_name, settings.ycb, settings.friction)
         if settings.dataset == "occ":
             power_grasp(world)
 
 
 def _sample(settings: Settings, name: SequenceName) -> tuple[World, Sample]:
-    world = _world(settings.hand, name.object, settings.ycb)
+    world = _world(settings.hand, name.object, settings.ycb, settings.friction)
     grasp_seed, *_ = _seeds(settings, name)
     rng = np.random.default_rng(grasp_seed)
     return world, sample_sequence(world, settings.dataset, rng, settings.event)
 
 
 @lru_cache(maxsize=1)  # grasps of one object follow each other
-def _world(hand: str, object_name: str, ycb: str | None) -> World:
+def _world(hand: str, object_name: str, ycb: str | None, friction: str) -> World:
     description = load_description(hand)
     obj = find_object(object_name, None if ycb is None else Path(ycb))
-    return World(description, description.load_hand(), obj)
+    return World(description, description.load_hand(), obj, friction)
 
 
 def _seeds(settings: Settings, name: SequenceName) -> list[np.random.SeedSequence]:
@@ -239,6 +241,7 @@ def _metadata(
         "noise_scale": f"{scale:g}",
         "tracker": settings.tracker,
         "camera": settings.camera,
+        "friction": settings.friction,
         **infrared,
         "visual_covariance": "tracker",
         "calibration_error": "yes" if settings.calibration_error or robot else "no",

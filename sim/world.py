@@ -26,14 +26,26 @@ class World:
         on_fingers: Whether each pad moves when the hand closes, shape (K,).
     """
 
-    def __init__(self, description: GraspDescription, hand: HandModel, obj: ObjectModel) -> None:
+    def __init__(
+        self,
+        description: GraspDescription,
+        hand: HandModel,
+        obj: ObjectModel,
+        friction: str = "paper",
+    ) -> None:
         """Build the scene.
+
+        Args:
+            description: How the hand grasps.
+            hand: The hand.
+            obj: The object.
+            friction: One of ``constants.FRICTION``.
 
         Raises:
             HandError: The description does not fit the hand.
         """
         self.description, self.hand, self.obj = description, hand, obj
-        self.model = build(description, hand, obj)
+        self.model = build(description, hand, obj, friction)
         self.data = mujoco.MjData(self.model)
         self.start = np.array([description.start.get(name, 0.0) for name in hand.joint_names])
         limited = hand.model.jnt_limited.astype(bool)[:, None]

@@ -13,7 +13,7 @@ say() { printf '\n[%3d s] %s\n' "$(($(date +%s) - START))" "$*"; }
 
 grasps() { # NAME OBJECTS: recordings of a grasp of each
     python -m sim generate --dataset vary --objects "$2" --grasps 1 --seed "$SEED" --robot "$SEED" \
-        --camera stereo --tracker depth-hand --jobs "$JOBS" --out "$OUT/$1"
+        --camera stereo --friction dry --tracker depth-hand --jobs "$JOBS" --out "$OUT/$1"
 }
 
 say "a robot whose camera is 2 mm and 1 degree off, and each joint's zero 1 degree, grasps five objects, 12 s each:" \

@@ -312,7 +312,9 @@ def test_runs_in_which_the_same_happens_are_simulated_once_and_each_is_as_if_mad
     assert [again[out][0].reused for out in runs] == [True, False, True, True]
 
 
-@pytest.mark.parametrize("change", [{"seed": 1}, {"hand": "fourfinger"}, {"event": "drop"}])
+@pytest.mark.parametrize(
+    "change", [{"seed": 1}, {"hand": "fourfinger"}, {"event": "drop"}, {"friction": "dry"}]
+)
 def test_runs_in_which_something_else_happens_are_not_made_together(tmp_path, change):
     runs = {
         tmp_path / "a": Settings("vary"),

@@ -41,6 +41,12 @@ def test_the_physics_is_the_papers(world):
     assert world.model.geom("object part 0").friction.tolist() == [1.0, 0.005, 0.0001]  # default
 
 
+def test_dry_friction_is_ten_times_as_stiff_and_nothing_else_differs(world):
+    dry = World(world.description, world.hand, world.obj, "dry")
+    assert (world.model.opt.impratio, dry.model.opt.impratio) == (1.0, 10.0)
+    np.testing.assert_array_equal(dry.model.geom_friction, world.model.geom_friction)
+
+
 def test_a_second_of_random_commands_gives_no_warning(world):
     rng = np.random.default_rng(0)
     world.place(above_palm(world.description, world.obj.mesh, np.eye(3)))

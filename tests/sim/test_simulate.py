@@ -9,6 +9,7 @@ import trimesh
 from short_course import shorten
 
 from sim import constants as c
+from sim.contacts import creep
 from sim.hands import load_description
 from sim.placement import above_palm
 from sim.sampling import NotGraspable, sample_sequence
@@ -96,6 +97,12 @@ def test_the_object_stays_in_the_hand_and_never_jumps(trajectory):
     assert steps.max() < 0.005  # [m] in 10 ms
     held = trajectory.time >= c.TURN_START
     assert np.ptp(T_ho[held, :3, 3], axis=0).max() < c.MAX_SLIP
+
+
+def test_with_dry_friction_a_held_object_creeps_a_third_as_fast_or_less(world, trajectory):
+    dry = World(world.description, world.hand, world.obj, "dry")
+    held = sample_sequence(dry, "vary", np.random.default_rng(0)).trajectory
+    assert creep(held) < creep(trajectory) / 3
 
 
 def test_a_pad_in_contact_lies_on_the_objects_surface(world, trajectory):
