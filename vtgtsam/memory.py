@@ -172,22 +172,26 @@ def may_take_over(frame: Frame, since: float | None, config: EstimatorConfig) ->
     return not frame.touching.any() or frame.time - since >= config.restart_after
 
 
-def believed(
+def with_vision(
+    belief: Belief,
     before: Belief | None,
     frame: Frame,
-    T_ho: gtsam.Pose3,
-    knowledge: Knowledge | None,
     visual_weight: float,
-    offsets_share: float,
-    doubt: Doubt,
     config: EstimatorConfig,
 ) -> Belief:
-    """What is believed after a frame."""
+    """The belief with what the frame's visual pose, or the last one before it, has come to.
+
+    Args:
+        belief: What is believed of the pose after the frame.
+        before: What was believed before it.
+        frame: The frame.
+        visual_weight: How much its visual pose counts.
+        config: Settings.
+    """
     refused = refused_since(before, frame, visual_weight, config)
-    belief = Belief(frame.time, T_ho, knowledge, refused, offsets_share=offsets_share, doubt=doubt)
     if frame.T_ho_visual is not None:
-        seen = Seen(frame.T_ho_visual, T_ho) if refused is None else None
-        return belief._replace(seen_at=frame.time, seen=seen)
+        seen = Seen(frame.T_ho_visual, belief.T_ho) if refused is None else None
+        return belief._replace(refused_since=refused, seen_at=frame.time, seen=seen)
     if before is None:
-        return belief
-    return belief._replace(seen_at=before.seen_at, seen=before.seen)
+        return belief._replace(refused_since=refused)
+    return belief._replace(refused_since=refused, seen_at=before.seen_at, seen=before.seen)

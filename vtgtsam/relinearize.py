@@ -26,7 +26,7 @@ from .frame import Frame
 from .graph import visual_noise
 from .history import LinearizedHand, Past
 from .knowledge import vision_information
-from .memory import Belief, believed, expectation, may_take_over, refused_since
+from .memory import Belief, expectation, may_take_over, refused_since, with_vision
 from .offsets import CalibrationPrior
 from .optimize import optimize
 from .solver import OBJECT
@@ -83,7 +83,8 @@ def solved_again(
         says = says.plus(vision_information(visual, values, prior, frame.T_wo_visual))
     T_ho, knowledge = values.atPose3(OBJECT), expected.posterior(says)
     share = hand.says.offsets_share
-    after = believed(before, frame, T_ho, knowledge, weight, share, doubt, config)
+    belief = Belief(frame.time, T_ho, knowledge, offsets_share=share, doubt=doubt)
+    after = with_vision(belief, before, frame, weight, config)
     return past._replace(before=before, after=after, hand=hand), weight
 
 

@@ -23,10 +23,10 @@ from .knowledge import FrameInformation, Knowledge, fused, hand_information, vis
 from .memory import (
     Belief,
     Expectation,
-    believed,
     expectation,
     may_take_over,
     refused_since,
+    with_vision,
 )
 from .modes import Mode
 from .offsets import CalibrationPrior
@@ -109,16 +109,8 @@ class FrameSolver:
             says = says.plus(_vision(frame, prior, fit))
         knowledge = fused(says) if expected is None else expected.posterior(says)
         kept = knowledge if self._config.memory else None
-        belief = believed(
-            before,
-            frame,
-            fit.T_ho,
-            kept,
-            fit.visual_weight,
-            hand.offsets_share,
-            doubt,
-            self._config,
-        )
+        belief = Belief(frame.time, fit.T_ho, kept, offsets_share=hand.offsets_share, doubt=doubt)
+        belief = with_vision(belief, before, frame, fit.visual_weight, self._config)
         return Solved(fit, hand, knowledge, belief)
 
     def _doubt(
