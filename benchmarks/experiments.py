@@ -13,7 +13,8 @@ robot; what is there is not made again, so the same call goes on where an earlie
 for one by one. Under all conditions a robot of the same number grasps alike: those that are asked for together are
 recorded from one simulation.
 
-Friction is dry: with the paper's, what is held creeps by millimetres, which neither camera nor touch sees.
+Friction is dry, unless asked otherwise: with the paper's, what is held creeps by millimetres, which neither camera nor
+touch sees.
 """
 
 from __future__ import annotations
@@ -59,12 +60,14 @@ class Part:
         dataset: "vary" or "occ".
         robot: From 0.
         ycb: Directory of the objects' meshes; None for the built-in ones.
+        friction: "dry", or "paper", with which held objects creep.
     """
 
     condition: str
     dataset: str
     robot: int
     ycb: str | None
+    friction: str = "dry"
 
     @property
     def is_imperfect(self) -> bool:
@@ -89,7 +92,7 @@ class Part:
             tracker="depth-hand",
             ycb=ycb,
             camera=self.condition.removesuffix("-robot"),
-            friction="dry",
+            friction=self.friction,
             robot=FIRST + self.robot if self.is_imperfect else None,
         )
 
@@ -114,7 +117,7 @@ def simulated_together(parts: Sequence[Part]) -> list[list[Part]]:
     """The parts, put together where the same happens."""
     groups: dict[tuple[object, ...], list[Part]] = {}
     for part in parts:
-        groups.setdefault((part.dataset, part.robot, part.ycb), []).append(part)
+        groups.setdefault((part.dataset, part.robot, part.ycb, part.friction), []).append(part)
     return list(groups.values())
 
 

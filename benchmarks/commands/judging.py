@@ -195,6 +195,9 @@ def experiments(
         Path | None,
         typer.Option(envvar="VTGTSAM_YCB", help="Directory of YCB meshes to use."),
     ] = None,
+    friction: Annotated[
+        str, typer.Option(help="dry, or paper: with that, held objects creep.")
+    ] = "dry",
     jobs: Jobs = 2,
 ) -> None:
     """The paper's experiments, and what they are worth with a stereo camera on a robot that is off.
@@ -202,6 +205,7 @@ def experiments(
     Some hours in all; each condition, dataset and robot is a part, of minutes, and what is there is kept. Conditions
     that are asked for together are recorded from one simulation.
     """
+    from sim.constants import FRICTION
     from sim.objects import object_names
 
     from ..experiments import CONDITIONS, Part, run
@@ -213,9 +217,13 @@ def experiments(
             f"expected some of {', '.join(CONDITIONS)}, got {', '.join(unknown)}",
             param_hint="--conditions",
         )
+    if friction not in FRICTION:
+        raise typer.BadParameter(
+            f"expected {' or '.join(FRICTION)}, got {friction!r}", param_hint="--friction"
+        )
     meshes = None if ycb is None else str(ycb.resolve())
     parts = [
-        Part(condition, dataset, int(robot), meshes)
+        Part(condition, dataset, int(robot), meshes, friction)
         for condition in chosen
         for dataset in datasets.split(",")
         for robot in robots.split(",")

@@ -72,19 +72,22 @@ def test_a_perfect_robot_has_no_errors_and_an_imperfect_one_always_its_own(tmp_p
     assert settings[0].seed != settings[1].seed
     assert imperfect.calibrating() == Part("stereo-robot", "occ", 3, "ycb").calibrating()
     assert Part("paper-robot", "occ", 0, None).settings().camera == "paper"
+    assert {s.friction for s in (*settings, perfect.settings())} == {"dry"}
+    assert Part("stereo", "vary", 3, None, "paper").settings().friction == "paper"
     assert perfect.folder(tmp_path) != imperfect.folder(tmp_path)
 
 
 def test_only_parts_in_which_the_same_happens_are_simulated_together():
     parts = [
-        Part(condition, dataset, robot, None)
+        Part(condition, dataset, robot, None, friction)
         for condition in CONDITIONS
         for dataset in ("vary", "occ")
         for robot in (0, 1)
+        for friction in ("dry", "paper")
     ]
     groups = simulated_together(parts)
     assert sorted(map(str, parts)) == sorted(str(part) for group in groups for part in group)
-    assert len(groups) == 4
+    assert len(groups) == 8
     for group in groups:
         happens = {replace(part.settings(), robot=None, camera="paper") for part in group}
         assert len(happens) == 1
