@@ -187,6 +187,8 @@ class DepthTracker:
             good = anew = self._meets(seen, FOUND)
         self._unseen = 0 if good else self._unseen + 1
         if not good and expected.is_carried and self._unseen < PATIENCE:
+            if score(seen) > score(Evidence(self._shape, view, T_co)):
+                expected.T_wo = T_wc * T_co_now  # not good yet, but on the way there
             return self._tracked(expected, np.zeros((6, 6)), seen)
         if not good and seen.measured > MIN_MEASURED * seen.outline:
             T_co_now, seen = self._follow(view, self._search.look(view, T_co, T_wc))

@@ -148,6 +148,21 @@ def test_a_first_pose_that_is_not_seen_yet_is_carried_by_the_hand_and_said_to_be
     assert np.sqrt(np.linalg.eigvalsh(tracked.covariance)[0]) < 1e-3
 
 
+def test_an_object_that_is_pushed_while_images_half_deny_it_is_caught_up_with(mug):
+    hand = load_hand("isyhand")
+    joints, out_of_sight = np.zeros(len(hand.joint_names)), gtsam.Pose3(gtsam.Rot3(), [0, 3.0, 0])
+    tracker = DepthTracker(mug.obj, CAMERA, hand)
+    tracker.start(TILTED)
+    for n in [0] * 10 + list(range(1, 7)) + [6] * 15:
+        pushed = gtsam.Pose3(gtsam.Rot3(), np.array([0.0033 * n, 0.0022 * n, 0.0])) * TILTED
+        image = mug.image(pushed)
+        image[:, ::8] = 1.5  # every eighth column sees through it, wherever it is thought to be
+        tracked = tracker.update(image, T_WC, joints, out_of_sight)
+        assert tracked.status == "ok"
+    assert mug.error(TILTED, pushed) > 0.01
+    assert mug.error(tracked.T_wo, pushed) < 0.001
+
+
 def test_misuse_is_explained(mug):
     tracker = DepthTracker(mug.obj, CAMERA)
     with pytest.raises(ValueError, match="call start"):
